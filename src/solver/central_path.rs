@@ -19,7 +19,7 @@ use crate::sets::pairs::{Pairs, mean_energy};
 use crate::sets::path_system::PathSystem;
 use crate::solver::phases::Phases;
 use crate::solver::solve::Solve;
-use crate::solver::state::{Phase, Sweeps};
+use crate::solver::state::{Failure, Newton, Next, Phase, Sweeps};
 use crate::solver::tuning;
 
 /// Fall of the merit after which Newton's method tries again to finish a path. The merit is a square: the residual has halved.
@@ -28,17 +28,6 @@ const FALL: f64 = 4.0;
 /// [`FALL`] while the [rest question](super::rest) is open: the residual has fallen to a hundredth. Contacts that hardly push make Newton's
 /// method fail there each time.
 const FALL_AT_REST: f64 = 1e4;
-
-/// The outcome of a step along the central path.
-#[derive(Clone, Copy)]
-pub(super) enum Progress {
-    /// The path continues.
-    Far,
-    /// Newton's method may finish from the point.
-    Near,
-    /// The path has jammed.
-    Jammed,
-}
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize, P: Phases>
     Solve<'_, '_, T, N, D, C, R, S, P>
@@ -78,7 +67,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Makes a step along the central path.
     #[inline(never)]
-    pub(super) fn path_step(&mut self) -> Progress {
+    pub(super) fn path_step(&mut self) -> Next {
         self.monitor.solution.work.newton_steps += 1;
         let length = self.move_pairs();
         self.state.path.is_stuck = length.is_none_or(|length| length < tuning::jammed());
@@ -90,28 +79,28 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.back_to_path();
         self.consider();
         if self.monitor.must_return() {
-            return Progress::Far;
+            return Ok(Phase::CentralPath);
         }
         self.progress()
     }
 
-    /// The outcome of a step that did not solve the scene.
+    /// What follows a step that did not solve the scene: Newton's method, if it may finish from the point.
     #[inline(never)]
-    pub(super) fn progress(&mut self) -> Progress {
+    pub(super) fn progress(&mut self) -> Next {
         if self.state.point.estimate < tuning::near() {
             self.rebuild_from_velocity();
             let (merit, tried) = (self.state.point.merit, self.state.path.tried);
             let fall = if self.monitor.problem.is_relaxed() { FALL_AT_REST } else { FALL };
             if tried.is_none_or(|tried| merit * T::literal(fall) < tried) {
                 self.state.path.tried = Some(merit);
-                return Progress::Near;
+                return Ok(Phase::Newton(Newton::finish()));
             }
             self.back_to_path();
         }
         if self.state.path.is_stuck || self.state.path.steps >= tuning::longest_path() {
-            Progress::Jammed
+            Err(Failure::Jammed)
         } else {
-            Progress::Far
+            Ok(Phase::CentralPath)
         }
     }
 
@@ -167,10 +156,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         problem.sets.project(r);
     }
 
-    /// Leaves a jam by some sweeps, and begins another central path. Returns true if Newton's method may finish from the point after the
-    /// sweeps.
+    /// Leaves a jam by some sweeps, and begins another central path, or Newton's method if it may finish from the point after the sweeps.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn leave_jam(&mut self) -> bool {
+    pub(super) fn leave_jam(&mut self) -> Phase {
         self.monitor.note_failure();
         let tau = self.state.path.tau;
         let jams = self.state.path.jams;
@@ -206,11 +194,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.enter_path(raised, gain, beta);
         self.evaluate_impulses();
         self.consider();
-        let is_near = self.state.point.estimate < tuning::near() || self.monitor.must_return();
-        if is_near {
+        if self.state.point.estimate < tuning::near() || self.monitor.must_return() {
             self.rebuild_from_velocity();
+            return Phase::Newton(Newton::finish());
         }
-        is_near
+        self.back_to_path();
+        Phase::CentralPath
     }
 
     /// The `tau` of a path that begins far from a solution.

@@ -6,6 +6,7 @@ use crate::solution::Status;
 use crate::solver::monitor::Monitor;
 use crate::solver::phases::Phases;
 use crate::solver::solve::Solve;
+use crate::solver::state::Origin;
 
 /// Least budget with which the solver looks for a proof of a jam. The search takes as long as hundreds of sweeps.
 pub(crate) const JAM_BUDGET: usize = 1_000;
@@ -53,6 +54,21 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize, P: Phases>
     Solve<'_, '_, T, N, D, C, R, S, P>
 {
+    /// Ends the solve after a rejected step if the best impulses solve the scene, or if there is a proof that none do. A path that is left and
+    /// a solution that is known leave nothing to ask.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn examine_rejection(&mut self, origin: Origin) {
+        if matches!(origin, Origin::Path) || self.monitor.record.has_fallback() {
+            return;
+        }
+        if matches!(origin, Origin::Cold) && !self.monitor.problem.is_relaxed() {
+            self.monitor.check_best();
+        }
+        if !self.monitor.is_over() {
+            self.monitor.look_for_proof();
+        }
+    }
+
     /// Looks for a proof that the scene is infeasible or jammed, unless it is solved with impulses that are not doubtful, or hardly larger than
     /// those that solved the last scene: so a grip is not asked in each tick.
     #[cfg_attr(target_os = "none", inline(never))]

@@ -6,24 +6,16 @@
 //! Sweeps ── enough ──► Newton ── rejected ──► CentralPath ── jam ──► CentralPath (another one)
 //! Newton ── rejected, began without sweeps, at the last solution or at a guess ──► Sweeps, from the best impulses
 //! CentralPath ── near the end, also after a jam ──► Newton ── rejected ──► CentralPath, where it was
-//! Newton ── rejected, did not begin on the path ──► search for a proof of infeasibility, once in a solve
 //! ```
 //!
-//! Where bodies were at rest, [the rest question](crate::solver::rest) may choose another phase: at the start, after a piece of work, after a
-//! failure, and at the end of a call.
-//!
-//! A phase does one piece of work (a sweep, a step) and returns its outcome. [`Solve::advance`] alone chooses the next phase. If the
-//! estimate of a point is within the tolerance, the monitor checks its error before the next piece ([`crate::solver::monitor`]).
-//!
-//! The [state](super::state), the record and the solution hold all that lasts between two pieces. So a solve can pause after any piece and
-//! continue later with the same bits.
+//! A phase does one piece of work (a sweep, a step), which leads to another phase or to a [`Failure`]. Before the method recovers from that,
+//! others may end the solve or choose another phase: [`super::solve`] asks them.
 
 use crate::real::Real;
-use crate::solver::central_path::Progress;
 use crate::solver::newton::Outcome;
 use crate::solver::phases::Phases;
 use crate::solver::solve::Solve;
-use crate::solver::state::{Newton, Origin, Phase, Sweeps};
+use crate::solver::state::{Failure, Newton, Next, Origin, Phase, Sweeps};
 use crate::solver::sweeps::Pace;
 use crate::solver::warm_start::WarmStartKind;
 
@@ -35,19 +27,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub(super) fn begin(&mut self) {
         let kind = self.go_to_start();
         self.consider();
-        self.state.phase = if self.monitor.must_return() { Phase::Start(kind) } else { self.start(kind) };
+        self.state.phase = Phase::Start(kind);
+    }
+
+    /// The phase after a piece of work or a check.
+    pub(super) fn follow(&mut self, next: Next) -> Phase {
+        match next {
+            Ok(Phase::Start(kind)) => self.start(kind),
+            Ok(phase) => phase,
+            Err(failure) => self.recover(failure),
+        }
     }
 
     /// The first phase of a solve.
     #[cfg_attr(target_os = "none", inline(never))]
     fn start(&mut self, kind: WarmStartKind) -> Phase {
-        if P::CENTRAL_PATH
-            && let Some(phase) = self.ask_at_start()
-        {
-            return phase;
-        }
         // The estimate was within the tolerance, but the error was not.
-        let corrected = self.state.point.estimate <= self.monitor.tolerance() && !self.monitor.is_over();
+        let corrected = self.state.point.estimate <= self.monitor.tolerance();
         let newton = Newton::warm(kind == WarmStartKind::Isostatic);
         match kind {
             _ if !P::NEWTON => {
@@ -66,57 +62,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
     }
 
-    /// Does one piece of work, and chooses the next one.
-    pub(super) fn advance(&mut self) {
-        if self.monitor.must_return() {
-            self.check();
-            if self.monitor.is_check_due() {
-                return;
-            }
-            if let Phase::Start(kind) = self.state.phase {
-                self.state.phase = self.start(kind);
-                return;
-            }
-            if !self.monitor.is_over() {
-                self.state.phase = self.after_failed_check();
-            }
-        } else {
-            self.state.phase = self.work();
-        }
-        if P::CENTRAL_PATH && !self.monitor.is_check_due() {
-            self.ask_after_piece();
-        }
-    }
-
-    /// The phase after a check that found the error above the tolerance. (The check may have corrected the velocities.)
+    /// What follows a check. If it found the error above the tolerance, it may have corrected the velocities.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn after_failed_check(&mut self) -> Phase {
+    pub(super) fn after_check(&mut self) -> Next {
         match self.state.phase {
-            Phase::Sweeps => self.after_sweeps(),
-            Phase::CentralPath if P::CENTRAL_PATH => {
-                let progress = self.progress();
-                self.after_path_step(progress)
-            }
-            Phase::Newton(newton) if P::NEWTON && newton.is_spent() => self.after_rejection(newton.origin),
-            phase => phase,
-        }
-    }
-
-    /// The phase after a step along the central path.
-    fn after_path_step(&mut self, progress: Progress) -> Phase {
-        match progress {
-            Progress::Far => Phase::CentralPath,
-            Progress::Near => Phase::Newton(Newton::finish()),
-            Progress::Jammed => {
-                if let Some(phase) = self.ask_after_failure(None) {
-                    phase
-                } else if self.leave_jam() {
-                    Phase::Newton(Newton::finish())
-                } else {
-                    self.back_to_path();
-                    Phase::CentralPath
-                }
-            }
+            phase if self.monitor.must_return() => Ok(phase),
+            Phase::Sweeps => Ok(self.after_sweeps()),
+            Phase::CentralPath if P::CENTRAL_PATH => self.progress(),
+            Phase::Newton(newton) if P::NEWTON && newton.is_spent() => Err(Failure::Rejected(newton.origin)),
+            phase => Ok(phase),
         }
     }
 
@@ -130,50 +84,38 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Phase::Sweeps
     }
 
-    /// Does one piece of work of the present phase, and returns the next phase.
-    fn work(&mut self) -> Phase {
+    /// Does one piece of work of the present phase.
+    pub(super) fn work(&mut self) -> Next {
         match self.state.phase {
-            Phase::Idle | Phase::Start(_) => Phase::Idle,
-            Phase::Sweeps => match self.sweep() {
+            Phase::Sweeps => Ok(match self.sweep() {
                 Pace::Continue => Phase::Sweeps,
                 Pace::Enough => self.after_sweeps(),
-            },
+            }),
             Phase::Newton(newton) if P::NEWTON => match self.step(newton) {
-                Outcome::Accepted(newton) => Phase::Newton(newton),
+                Outcome::Accepted(newton) => Ok(Phase::Newton(newton)),
                 Outcome::NoJacobian => {
                     self.state.forget();
-                    self.begin_sweeps()
+                    Ok(self.begin_sweeps())
                 }
-                Outcome::Rejected => self.after_rejection(newton.origin),
+                Outcome::Rejected => Err(Failure::Rejected(newton.origin)),
             },
-            Phase::CentralPath if P::CENTRAL_PATH => {
-                let progress = self.path_step();
-                self.after_path_step(progress)
-            }
-            // Nothing begins a phase that is left out.
-            Phase::Newton(_) | Phase::CentralPath => Phase::Sweeps,
+            Phase::CentralPath if P::CENTRAL_PATH => self.path_step(),
+            phase => Ok(phase), // the start; nothing begins a phase that is left out
         }
     }
 
-    /// The phase after a rejected Newton step.
-    fn after_rejection(&mut self, origin: Origin) -> Phase {
-        if P::CENTRAL_PATH {
-            if let Some(phase) = self.ask_after_failure(Some(origin)) {
-                return phase;
-            }
-            if !matches!(origin, Origin::Path) {
-                self.monitor.look_for_proof();
-            }
-        }
+    /// The phase after a failure.
+    fn recover(&mut self, failure: Failure) -> Phase {
+        let origin = match failure {
+            Failure::Rejected(origin) => origin,
+            Failure::Jammed if P::CENTRAL_PATH => return self.leave_jam(),
+            Failure::Jammed => return Phase::Sweeps, // nothing begins a path that is left out
+        };
         match origin {
             Origin::Cold if P::CENTRAL_PATH => {
                 self.go_to_best();
                 if self.monitor.problem.can_be_swept() && self.monitor.solution.work.sweeps == 0 {
                     return self.begin_sweeps();
-                }
-                self.monitor.check_best();
-                if self.monitor.is_over() {
-                    return Phase::Sweeps; // the solve is over: of the point `r` and `u` are read
                 }
                 self.begin_path()
             }

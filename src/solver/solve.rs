@@ -1,7 +1,11 @@
 //! A solve under way in one call: the problem, the state of the method, and the monitor.
 //!
-//! The phases ([`super::sweeps`], [`super::newton`], [`super::central_path`]) do pieces of work, [`super::method`] chooses among them, and
-//! [`super::rest`], [`super::refinement`] and [`super::infeasible`] are asked beside them. All are methods of [`Solve`], by file.
+//! [`Solve::run`] works on it until it ends or the budget does. After each piece of work it asks, in this order: does the point solve the
+//! scene ([`super::check`])? If a phase has failed, is the scene solved or infeasible all the same ([`super::infeasible`])? Can
+//! a body stay at rest ([`super::rest`])? And at last: which phase follows ([`super::method`])?
+//!
+//! The [state](super::state), the record and the solution hold all that lasts between two pieces. So a solve can pause after any piece and
+//! continue later with the same bits.
 
 use crate::linalg::stacked::Stacked;
 use crate::real::Real;
@@ -9,7 +13,7 @@ use crate::solution::Status;
 use crate::solver::monitor::Monitor;
 use crate::solver::phases::Phases;
 use crate::solver::record::Call;
-use crate::solver::state::{Phase, State};
+use crate::solver::state::{Failure, Phase, State};
 use crate::solver::warm_start::{WarmStart, WarmStartKind};
 use core::marker::PhantomData;
 
@@ -98,6 +102,26 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             self.warm_start.keep(scene, &point.p, &point.r, call != Call::Begin);
         }
         self.warm_start.is_solved = self.monitor.record.status == Status::Solved;
+    }
+
+    /// Does one piece of work, or the check that is due, and finds the next phase. A check may be due after that: then nobody else is asked
+    /// before it.
+    fn advance(&mut self) {
+        let mut next = if self.monitor.must_return() {
+            self.check();
+            self.after_check()
+        } else {
+            self.work()
+        };
+        if P::CENTRAL_PATH && !self.monitor.is_check_due() {
+            if let Err(Failure::Rejected(origin)) = next {
+                self.examine_rejection(origin);
+            }
+            next = self.ask_rest_question(next);
+        }
+        let present = self.state.phase;
+        self.state.phase =
+            if self.monitor.must_return() { next.unwrap_or(present) } else { self.follow(next) };
     }
 
     /// Writes the solution. Unless the solve has ended, returns the velocities and impulses that are written.

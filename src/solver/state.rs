@@ -24,6 +24,18 @@ pub(crate) enum Phase {
     CentralPath,
 }
 
+/// The failure of a phase.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Failure {
+    /// A step of Newton's method was rejected, which began there.
+    Rejected(Origin),
+    /// The central path has jammed.
+    Jammed,
+}
+
+/// What follows a piece of work: a phase, or a failure, from which the method has to recover.
+pub(super) type Next = Result<Phase, Failure>;
+
 /// The state of a solve, for all phases.
 #[derive(Clone, Debug)]
 pub(crate) struct State<T: Real, const D: usize, const C: usize, const R: usize> {

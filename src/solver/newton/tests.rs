@@ -122,7 +122,7 @@ fn a_jacobian_is_kept_until_the_central_path_uses_its_matrix() -> Result<(), Err
         assert!(solve.state.holds_jacobian);
         solve.begin_path();
         assert!(solve.state.holds_jacobian);
-        solve.path_step();
+        assert!(solve.path_step().is_ok());
         assert!(!solve.state.holds_jacobian && !solve.monitor.is_over());
         go_to_guess(solve);
         solve.step_anew(&mut newton);

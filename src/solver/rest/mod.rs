@@ -36,7 +36,7 @@ use crate::solution::Model;
 use crate::solver::phases::Phases;
 use crate::solver::record::{Record, RestQuestion};
 use crate::solver::solve::Solve;
-use crate::solver::state::{Newton, Origin, Phase};
+use crate::solver::state::{Failure, Newton, Next, Origin, Phase};
 
 mod monitor;
 mod motion;
@@ -59,9 +59,21 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize, P: Phases>
     Solve<'_, '_, T, N, D, C, R, S, P>
 {
+    /// Asks after a piece of work that leads to `next`, and returns what follows.
+    #[inline]
+    pub(super) fn ask_rest_question(&mut self, next: Next) -> Next {
+        if let Ok(Phase::Start(_)) = next {
+            return self.ask_at_start().map_or(next, Ok);
+        }
+        if self.monitor.record.rest == RestQuestion::Closed {
+            return next;
+        }
+        self.ask_on(next)
+    }
+
     /// Asks at the start of a solve, if the last solution was at rest. Returns the first phase if the question opens at once.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn ask_at_start(&mut self) -> Option<Phase> {
+    fn ask_at_start(&mut self) -> Option<Phase> {
         if self.monitor.problem.has_spare_rows()
             && (!self.monitor.is_over() || self.warm_start.has_crept(self.monitor.creeps(&self.state.point)))
             && self.was_at_rest()
@@ -82,43 +94,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         None
     }
 
-    /// Asks after a piece of work: opens the question if the solution leaves a rest, and closes it once the answer is no.
-    #[inline]
-    pub(super) fn ask_after_piece(&mut self) {
-        if self.monitor.record.rest != RestQuestion::Closed {
-            self.open_or_close();
-        }
-    }
-
-    /// The part of [`Self::ask_after_piece`] in which there is a question.
+    /// Asks where there is a question: opens it if the solution leaves a rest, and closes it once the answer is no.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn open_or_close(&mut self) {
+    fn ask_on(&mut self, next: Next) -> Next {
         if self.monitor.leaves_rest(&self.state.point) {
-            self.state.phase = self.begin_path();
-        } else if self.monitor.problem.is_relaxed() && self.monitor.cannot_rest(&self.state.point) {
-            self.state.phase = self.close();
+            return Ok(self.begin_path());
         }
-    }
-
-    /// Asks after a failure: a rejected step of Newton's method that began at `origin`, or without one a jam of the central path. Returns the next
-    /// phase if the question decides it.
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn ask_after_failure(&mut self, origin: Option<Origin>) -> Option<Phase> {
-        match (self.monitor.record.rest, origin) {
-            (RestQuestion::Pending, Some(Origin::LastSolution)) => {
+        let next = match (self.monitor.record.rest, next) {
+            (RestQuestion::Pending, Err(Failure::Rejected(Origin::LastSolution))) => {
                 self.monitor.open_rest_question(RestQuestion::Open);
-                Some(self.begin_newton(Newton::new()))
+                Ok(self.begin_newton(Newton::new()))
             }
-            (RestQuestion::Closed | RestQuestion::Pending, _) => None,
-            (RestQuestion::Centring, _) | (_, None) => Some(self.close()),
-            (question, Some(Origin::Cold)) => {
-                if question == RestQuestion::Open {
-                    self.monitor.look_for_proof(); // where a solution is known there is no proof
-                }
-                Some(self.begin_path())
-            }
-            (_, Some(_)) => None,
-        }
+            (RestQuestion::Closed | RestQuestion::Pending, _) => return next,
+            (RestQuestion::Centring, Err(_)) | (_, Err(Failure::Jammed)) => return Ok(self.close()),
+            (_, Err(Failure::Rejected(Origin::Cold))) => Ok(self.begin_path()),
+            (_, next) => next,
+        };
+        if self.monitor.cannot_rest(&self.state.point) { Ok(self.close()) } else { next }
     }
 
     /// Closes the question: not all bodies can stay, or the answer was not found. Returns [`Phase::Idle`] if a solution is known,
@@ -131,7 +123,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             self.rebuild_from_velocity();
             return Phase::Idle;
         }
-        self.monitor.look_for_proof();
         self.set_zero_impulse();
         self.begin_cold(false)
     }
