@@ -53,17 +53,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             self.balance(&weights, &mut x);
         }
         let approach = -dot(&offsets, &x);
-        let leak = self.products(&weights, &mut { x });
-        let leak = leak.max(T::ZERO).square_root();
-        if !is_strong(leak, approach, &offsets, &x) {
-            return None;
-        }
         let mut proof = x;
         weigh(&mut proof, &weights);
         for (i, d) in proof.contacts.iter_mut().enumerate() {
             *d = self.scene.physical_impulse(i, *d);
         }
-        self.scene.cancels(&proof, &x).then_some(proof)
+        let is_strong = is_strong(self.leak(&proof), approach, &offsets, &x);
+        (is_strong && self.scene.cancels(&proof, &x)).then_some(proof)
     }
 
     /// The weights, and the offsets multiplied by them.
