@@ -12,8 +12,8 @@
 //! gap `r · u` bounds the distance to the solution `r*`, `u*` of the relaxation: `½ |r - r*|_W² <= r · u`, so
 //! `alpha_i |u_i - u*_i|² <= 2 D (r · u)`.
 //!
-//! [`RestQuestion`] is the state of the question. This file decides what follows, at the start of a solve, after a piece of work, after a
-//! failure, and at the end of a call:
+//! [`RestQuestion`] is the state of the question. It is asked after the start of a solve and after each piece of work
+//! ([`Solve::ask_rest_question`]), and at the end of a call:
 //!
 //! | from | when | to |
 //! |---|---|---|
