@@ -110,7 +110,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, 
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Factor<T, N, D, C, R> {
     /// Computes the Cholesky factor of `M`, `W` and the effective mass matrices.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn compute_delassus<const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,

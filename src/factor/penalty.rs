@@ -19,7 +19,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// The quotient is the mass that a contact feels if it moves dof `j` alone. So `rho` has the unit of a mass. Units of dofs do not matter,
     /// nor do dofs that no contact moves. The geometric mean also fits stacks of unlike bodies, where the trace of `W` shows only the
     /// lightest. The mean of binary exponents needs no logarithm, and a change of units by a power of two changes it exactly.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn default_penalty(&self) -> T {
         let mut participation = [T::ZERO; N];
         let least = self.participation(&mut participation);

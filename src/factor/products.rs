@@ -51,7 +51,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
     }
 
     /// Fills `u` with `H M⁻¹ g` for a whitened `g`, in the rows in use. Returns `gᵀ M⁻¹ g`.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn contact_velocity(&self, g: &[T; N], u: &mut Stacked<T, D, C, R>) -> T {
         let mut scaled = *g;
         let mut energy = T::ZERO;
@@ -97,7 +96,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
     }
 
     /// Adds the whitened `Hᵀ r` to a whitened `g`.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn add_whitened(&self, r: &Stacked<T, D, C, R>, g: &mut [T; N]) {
         for (&r, whitened) in r.rows.iter().zip(self.whitened_rows()) {
             if r != T::ZERO {

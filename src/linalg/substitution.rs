@@ -118,7 +118,6 @@ pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
 }
 
 /// Solves `L x = y` in place, for `n` unknowns.
-#[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn solve_lower<T: Real, const N: usize>(l: &[[T; N]; N], x: &mut [T; N], n: usize) {
     let (mut next, end) = (0, n);
     while next < end {

@@ -74,7 +74,6 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     Problem<'a, T, N, D, C, R, S>
 {
     /// Checks the data of a solve.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn check(
         scene: &Scene<T, N, D, C, R, S>,
         factor: &Factor<T, N, D, C, R>,
@@ -122,7 +121,6 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     }
 
     /// Computes the free motion and the sets. `may_use_momentum` allows velocities from one momentum, see [`Self::velocities`].
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn fill(&mut self, may_use_momentum: bool) {
         let (scene, factor) = (self.scene, self.factor);
         let [free_impulse] = &self.free_impulse.data.0;
@@ -174,7 +172,6 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     }
 
     /// [`Self::error_estimate`] by another law than the one that is solved. Only if the model is Coulomb's law.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn estimate_by(&mut self, law: Model, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> T {
         let solved = self.law;
         self.set_law(law);

@@ -19,7 +19,6 @@ pub(super) fn fingerprint<T: Real>(numbers: &[T], index: usize) -> u64 {
 }
 
 /// Copies numbers and returns their [`fingerprint`].
-#[cfg_attr(target_os = "none", inline(never))]
 pub(super) fn copy_and_hash<T: Real>(target: &mut [T], numbers: &[T], index: usize) -> u64 {
     let (chunks, rest) = numbers.as_chunks::<4>();
     let target = target.get_mut(..numbers.len()).unwrap_or_default();
@@ -90,7 +89,6 @@ fn entry_not_finite<T: Real, const R: usize>(entries: &[T], input: Input) -> Err
 }
 
 /// Are all numbers finite? NaN or infinity in a sum makes the sum NaN or infinite, and times 0 these are NaN; any other number times 0 is 0.
-#[cfg_attr(target_os = "none", inline(never))]
 fn are_finite<T: Real>(numbers: &[T]) -> bool {
     let (chunks, rest) = numbers.as_chunks::<4>();
     let mut gaps = T::ZERO;
@@ -105,7 +103,6 @@ fn are_finite<T: Real>(numbers: &[T]) -> bool {
 }
 
 /// Is it finite, and symmetric to the bit?
-#[cfg_attr(target_os = "none", inline(never))]
 pub(super) fn is_finite_and_symmetric<T: Real, const N: usize>(mass: &SMatrix<T, N, N>, n: usize) -> bool {
     let (columns, mut gaps) = (&mass.data.0, T::ZERO);
     for (j, column) in columns.iter().enumerate() {

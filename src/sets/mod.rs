@@ -149,7 +149,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
     }
 
     /// Is each impulse the one nearest to 0 in its set?
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn are_least(&self, r: &Stacked<T, D, C, R>) -> bool {
         let mut contacts = r.contacts.iter().take(self.counts.contacts);
         let mut rows = self.rows().iter().zip(&r.rows);
@@ -185,7 +184,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
 
     /// Splits `z_i = P_i - r_i / alpha_i` into a velocity `P_i` and an impulse `r_i` that are complementary (Moreau), and fills the
     /// residual with `S - P`.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn split(
         &self,
         z: &Stacked<T, D, C, R>,

@@ -22,7 +22,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Pairs<T, D, C, R> 
 
     /// Fills in pairs with the parameter `tau`, near the impulses `r` and the velocities `u`. `gain` is the weight of velocities
     /// against impulses, `beta` the weight of friction.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn enter(
         &mut self,
         sets: &Sets<T, D, C, R>,

@@ -190,7 +190,6 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
     }
 
     /// The predictor: the step to `tau = 0`.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn predict(&self, step: &mut Pairs<T, D, C, R>) -> Option<()> {
         let goals = Goals {
             contacts: self.pairs.contacts.map(|pair| Goal { cone: -pair.dual, normal: -pair.normal }),

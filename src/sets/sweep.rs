@@ -31,7 +31,6 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize, con
 }
 
 /// Square of the residual of Coulomb's law after a sweep (N²s²), an estimate of that of the natural map.
-#[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn residual_square<T: Real, const D: usize, const C: usize, const R: usize>(
     sets: &Sets<T, D, C, R>,
     r: &Stacked<T, D, C, R>,

@@ -34,7 +34,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 {
     /// Begins the central path near the impulses of the point, with a `tau` of 10 times the mean of `alpha |q|²`, or less if the error of
     /// the point is small.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn begin_path(&mut self) -> Phase {
         self.state.path.jams = 0;
         // A solution that slides is far from one that rests.
@@ -46,7 +45,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Sets the pairs to those of a central path near the impulses and `u` of the point.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn enter_path(&mut self, tau: T, gain: T, beta: T) {
         self.state.path.beta = beta;
         self.state.path.tau = tau;
@@ -136,7 +134,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Sets the impulses of the point to pseudo-random ones of the expected size, seeded by the number of jams.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn restart_at_random(&mut self, jams: usize) {
         let mut state = u32::try_from(jams).unwrap_or(0);
         let mut random = |size: T| {

@@ -40,7 +40,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// The first phase of a solve.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn start(&mut self, kind: WarmStartKind) -> Phase {
         // The estimate was within the tolerance, but the error was not.
         let corrected = self.state.point.estimate <= self.monitor.tolerance();
@@ -63,7 +62,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// What follows a check. If it found the error above the tolerance, it may have corrected the velocities.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn after_check(&mut self) -> Next {
         match self.state.phase {
             phase if self.monitor.must_return() => Ok(phase),
@@ -163,7 +161,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Begins Newton's method at the impulses and `u` of the point.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn begin_newton(&mut self, newton: Newton) -> Phase {
         self.rebuild_from_velocity();
         Phase::Newton(newton)

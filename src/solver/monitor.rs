@@ -188,7 +188,6 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
 
     /// Writes the solution of the best impulses so far. The search may continue as if they had not been written. Unless the solve has ended,
     /// returns the velocities and impulses that are written.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn finish<P: Phases>(&mut self) -> Option<[Stacked<T, D, C, R>; 2]> {
         self.solution.status = match self.record.status {
             Status::Unsolved => Status::OutOfBudget,

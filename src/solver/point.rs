@@ -61,7 +61,6 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     }
 
     /// Computes `P`, `r`, `u`, residual, merit and estimate of `z`.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn evaluate_z(&mut self) {
         let (problem, point) = self.problem_and_point();
         problem.sets.split(&point.z, &mut point.p, &mut point.r, &mut point.residual);

@@ -16,7 +16,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Adds the difference of `H v + w` and `W r + q` to the constant terms of the velocities,
     /// [`ContactSet::base`](crate::sets::ContactSet), and lets the search continue. The solution that is written has the impulses `r`. After
     /// [`CORRECTIONS`] the solve ends instead.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn correct_velocities(&mut self, r: &Stacked<T, D, C, R>) {
         if self.record.corrections >= CORRECTIONS {
             self.stop(Status::PrecisionLimit);

@@ -18,7 +18,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     ///
     /// Unique impulses are extrapolated in the first call of a tick. Hyperstatic impulses are not: they can change without
     /// moving a body, and would reach the boundaries of their cones tick by tick.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn go_to_start(&mut self) -> WarmStartKind {
         if let Some(earlier_indices) = self.warm_start.follow(self.monitor.problem.scene) {
             self.state.jacobian.follow(&earlier_indices);
@@ -56,7 +55,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Extrapolates the impulses of the point. If the estimates of the extrapolated and of the last impulses are both within the tolerance,
     /// keeps the last: a body at rest must not drift with the errors of its impulses.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn extrapolate(&mut self) {
         let (r, mut u) = (self.state.point.r, Stacked::zero());
         self.go_to_last_impulses(true);
@@ -75,7 +73,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// cause now, or the last `z`.
     ///
     /// The estimate decides. (The merit is a poor measure: if a heavy body stands on a light one, it sees only the light one.)
-    #[cfg_attr(target_os = "none", inline(never))]
     fn choose_hyperstatic(&mut self) {
         let (r, mut u) = (self.state.point.r, Stacked::zero());
         let last = self.monitor.problem.velocities_and_estimate(&r, &mut u);
@@ -106,7 +103,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Was the last solution at rest: did its loaded contacts move by at most 8 tolerances?
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn was_at_rest(&self) -> bool {
         let problem = &*self.monitor.problem;
         let [mut u, mut r] = [Stacked::zero(); 2];

@@ -45,7 +45,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Makes one sweep, and counts its work.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn sweep_once(&mut self) {
         self.monitor.solution.work.sweeps += 1;
         let (r, u) = (&mut self.state.point.r, &mut self.state.point.u);

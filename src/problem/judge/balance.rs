@@ -36,7 +36,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// `sqrt(M_kk) ((2 N + 4) S + (N + m + 4) (P + E)) eps / 2`, `S = Σ_k sqrt(M_kk) |v_k|`, `P = Σ_a sqrt(W_aa) |r_a|`,
     ///
     /// with the energy `E² = pᵀ M⁻¹ p` of the free impulse and the number `m` of rows.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn momentum_balance(
         &self,
         v: &[T; N],

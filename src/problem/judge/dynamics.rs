@@ -144,7 +144,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     Scene<T, N, D, C, R, S>
 {
     /// Fills `u` with `H v + w`, without compliance, in a scene without joint rows.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn contact_velocities(&self, v: &[T; N], u: &mut Stacked<T, D, C, R>) {
         for (contact, support, u) in zip3(self.contacts(), self.supports(), &mut u.contacts) {
             let mut velocity: [T; D] = contact.offset.into();
@@ -154,7 +153,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Fills `u` with `H v + w`, without compliance, and `sizes` with the sums of the magnitudes of its terms.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn velocities_and_sizes(
         &self,
         v: &[T; N],
@@ -177,7 +175,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// The dynamics of the velocity `v` and the impulses `r`, which are in physical rows.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn dynamics(&self, free: &[T; N], v: &[T; N], r: &Stacked<T, D, C, R>) -> Dynamics<T> {
         let mass = &self.mass().data.0;
         let n = self.velocities();

@@ -164,7 +164,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Error of the solution, with bounds on the rounding of its sums, of `W` (in `alpha_i` and the denominators) and of this function.
     /// `u` are velocities in physical rows, `r` impulses in scaled rows.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn error(
         &self,
         dynamics: &Dynamics<T>,

@@ -68,7 +68,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 {
     /// Bounds on velocities from the sums `sizes` of the magnitudes of their terms, without compliance. The impulses `written` are in
     /// physical rows.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn velocity_rounding(
         &self,
         written: &Stacked<T, D, C, R>,

@@ -16,7 +16,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     Scene<T, N, D, C, R, S>
 {
     /// `|stop|` (N·s), [`SHARE`] of the impulse that would stop the free velocity `free`.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn stopping_impulse(&self, sets: &[ContactSet<T, D>], free: &[T; N]) -> T {
         let mut speeds = [[T::ZERO; D]; C];
         let mut largest = T::ZERO;
@@ -44,7 +43,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// light body carries a heavy one in a stack, or where a spring presses a body at rest onto its contacts. A dof counts only
     /// if `h_j > 1e-7 sqrt(M_jj max_i trace(W_ii))`: a contact that moves this dof alone, with the lever `h_j`, has the inverse
     /// mass `h_j² / M_jj`.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn carried_impulse(&self, sets: &Sets<T, D, C, R>, free: &[T; N]) -> T {
         let (mut levers, mut fastest, mut mobility) = ([T::ZERO; N], T::ZERO, T::ZERO);
         for (i, contact, set) in zip3(0..C, self.contacts(), sets.contacts()) {

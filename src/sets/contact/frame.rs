@@ -106,7 +106,6 @@ impl<T: Real, const D: usize> Frame<T, D> {
     }
 
     /// Linearises a contact at `z`, with the damping `δ` of Levenberg and Marquardt.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn set(&mut self, set: &ContactSet<T, D>, kind: Kind, z: &SVector<T, D>, damping: T) {
         self.kind = kind;
         let alpha = set.alpha;

@@ -166,7 +166,6 @@ pub(crate) fn r0_norm<T: Real, const D: usize>(sets: &[ContactSet<T, D>]) -> T {
 /// - `noise[i]`: squares of bounds on the rounding of `u_i` and of `u_Ni`, added to the residual unless the contact is open and
 ///   separates faster. If there are any, the rounding of the natural map is added as well.
 /// - `carried`: computes the result of [`carried_impulse`](crate::Scene::carried_impulse) (N·s).
-#[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn error<T: Real, const D: usize>(
     sets: &[ContactSet<T, D>],
     size: T,
@@ -284,7 +283,6 @@ impl<T: Real> Sums<T> {
 
 /// The larger of `error` and the share by which the residual exceeds [`LARGEST_SHARE`] of the expected impulses, at most 1.
 /// Without this rule impulses that diverge would make any violation small. `residual`, `noises` and `expected` are squares.
-#[cfg_attr(target_os = "none", inline(never))]
 fn at_least_excess<T: Real>(error: T, [residual, noises]: [T; 2], expected: T, carried: &dyn Fn() -> T) -> T {
     let mut bound = residual;
     if noises > T::ZERO {

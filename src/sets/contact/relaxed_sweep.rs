@@ -78,7 +78,6 @@ impl<T: Real, const D: usize> Boundary<'_, T, D> {
     /// of the cone is added. With one or two tangents there are no other directions.
     ///
     /// `None` without a tangential impulse, or if the contact opens.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn step(&self, impulse: &[T; D], u: &[T; D]) -> Option<[T; D]> {
         let length = norm(impulse.get(1..)?);
         if length <= T::ZERO {

@@ -72,7 +72,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Asks at the start of a solve, if the last solution was at rest. Returns the first phase if the question opens at once.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn ask_at_start(&mut self) -> Option<Phase> {
         if self.monitor.problem.has_spare_rows()
             && (!self.monitor.is_over() || self.warm_start.has_crept(self.monitor.creeps(&self.state.point)))
@@ -95,7 +94,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Asks where there is a question: opens it if the solution leaves a rest, and closes it once the answer is no.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn ask_on(&mut self, next: Next) -> Next {
         if self.monitor.leaves_rest(&self.state.point) {
             return Ok(self.begin_path());
@@ -115,7 +113,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Closes the question: not all bodies can stay, or the answer was not found. Returns [`Phase::Idle`] if a solution is known,
     /// otherwise the first phase of the search for one.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn close(&mut self) -> Phase {
         if self.monitor.close_rest_question() {
             self.state.point.r.copy_from(&self.monitor.record.best); // the next solve starts there

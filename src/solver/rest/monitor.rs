@@ -55,7 +55,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Considers a point while the relaxation is solved. If both estimates are within the tolerance,
     /// by the relaxation and by Coulomb's law, a [check](Self::check_rest) of the error is due.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(in crate::solver) fn consider_rest(&mut self, point: &NewtonPoint<T, D, C, R>) {
         let tolerance = self.tolerance();
         let is_centring = self.record.rest == RestQuestion::Centring;
