@@ -70,14 +70,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.solution.has_numbers() && self.problem.sets.contact_square(r).is_finite()
     }
 
-    /// Ends the solve if the best impulses solve the scene although their estimate is above the tolerance: it may be that of rounding. After a
-    /// proof of infeasibility the solve has ended.
+    /// Ends the solve if the best impulses solve the scene although their estimate is above the tolerance: it may be that of rounding.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn check_best(&mut self) {
-        if self.is_over() {
-            return;
-        }
-        let (r, mut u) = (self.record.best, Stacked::zero());
+        let Some(&r) = self.best() else { return };
+        let mut u = Stacked::zero();
         if self.evaluate(&r, false) && self.has_numbers(&r) {
             self.problem.velocities(&r, &mut u);
             if !self.must_refuse_solution(&r, &u) {

@@ -63,10 +63,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         if matches!(origin, Origin::Cold) && !self.monitor.problem.is_relaxed() {
             self.monitor.check_best();
+            if self.monitor.is_over() {
+                self.go_to_best(); // the next solve starts there
+                self.rebuild_from_velocity();
+                return;
+            }
         }
-        if !self.monitor.is_over() {
-            self.monitor.look_for_proof();
-        }
+        self.monitor.look_for_proof();
     }
 
     /// Looks for a proof that the scene is infeasible or jammed, unless it is solved with impulses that are not doubtful, or hardly larger than

@@ -13,7 +13,7 @@
 //! [`super::relaxed_sweep`] is the same for the convex relaxation.
 //!
 //! Sweeps converge slowly if contacts have more rows than dofs. A cold solve then begins with a guess
-//! ([`crate::solver::initial_guess`]), if sticking is likely.
+//! (`src/solver/initial_guess.rs`), if sticking is likely.
 
 use crate::linalg::blocks::product;
 use crate::linalg::vector::{at_least, square};
