@@ -1,4 +1,5 @@
-//! Running sums of products: plain numbers, magnitudes, both, and sums in twice the digits ([`super::dot2`]). One loop serves all of them.
+//! Running sums of products: plain numbers, magnitudes, both, and sums in twice the digits ([`super::dot2`]). The loops of
+//! [`super::sparsity`] serve all of them.
 
 use crate::linalg::cholesky::BLOCK;
 use crate::linalg::zip::zip3;

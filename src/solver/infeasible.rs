@@ -6,7 +6,7 @@ use crate::solution::Status;
 use crate::solver::monitor::Monitor;
 use crate::solver::phases::Phases;
 use crate::solver::solve::Solve;
-use crate::solver::state::Origin;
+use crate::solver::state::{Origin, Phase};
 
 /// Least budget with which the solver looks for a proof of a jam. The search takes as long as hundreds of sweeps.
 pub(crate) const JAM_BUDGET: usize = 1_000;
@@ -19,7 +19,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 {
     /// Looks for a proof that the scene is infeasible, once in a solve: it depends on the scene alone. If it finds one, it writes the
     /// certificate and ends the solve.
-    pub(crate) fn look_for_proof(&mut self) {
+    pub(super) fn look_for_proof(&mut self) {
         if self.record.has_sought_proof {
             return;
         }
@@ -54,8 +54,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize, P: Phases>
     Solve<'_, '_, T, N, D, C, R, S, P>
 {
-    /// Ends the solve after a rejected step if the best impulses solve the scene, or if there is a proof that none do. A path that is left and
-    /// a solution that is known leave nothing to ask.
+    /// Ends the solve after a rejected step of a cold start if the best impulses solve the scene, and after any rejected step if a proof shows that
+    /// none do. Nothing is asked of a step that began on the central path, or where a solution is known.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn examine_rejection(&mut self, origin: Origin) {
         if matches!(origin, Origin::Path) || self.monitor.record.has_fallback() {
@@ -63,13 +63,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         if matches!(origin, Origin::Cold) && !self.monitor.problem.is_relaxed() {
             self.monitor.check_best();
-            if self.monitor.is_over() {
-                self.go_to_best(); // the next solve starts there
-                self.rebuild_from_velocity();
-                return;
-            }
         }
-        self.monitor.look_for_proof();
+        if !self.monitor.is_over() {
+            self.monitor.look_for_proof();
+        }
+        if self.monitor.is_over() {
+            self.go_to_best(); // the next solve starts there
+            self.state.phase = Phase::Sweeps; // of the point `r` and `u` are read
+        }
     }
 
     /// Looks for a proof that the scene is infeasible or jammed, unless it is solved with impulses that are not doubtful, or hardly larger than

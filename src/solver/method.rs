@@ -23,11 +23,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     Solve<'_, '_, T, N, D, C, R, S, P>
 {
     /// Begins a solve at the last solution, or without impulses.
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn begin(&mut self) {
+    pub(super) fn begin(&mut self) -> Next {
         let kind = self.go_to_start();
         self.consider();
-        self.state.phase = Phase::Start(kind);
+        Ok(Phase::Start(kind))
     }
 
     /// The phase after a piece of work or a check.

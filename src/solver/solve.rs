@@ -1,7 +1,7 @@
 //! A solve under way in one call: the problem, the state of the method, and the monitor.
 //!
 //! [`Solve::run`] works on it until it ends or the budget does. After each piece of work it asks, in this order: does the point solve the
-//! scene ([`super::check`])? If a phase has failed, is the scene solved or infeasible all the same ([`super::infeasible`])? Can
+//! scene ([`super::check`])? If a step was rejected, is the scene solved or infeasible all the same ([`super::infeasible`])? Can
 //! a body stay at rest ([`super::rest`])? And at last: which phase follows ([`super::method`])?
 //!
 //! The [state](super::state), the record and the solution hold all that lasts between two pieces. So a solve can pause after any piece and
@@ -13,12 +13,12 @@ use crate::solution::Status;
 use crate::solver::monitor::Monitor;
 use crate::solver::phases::Phases;
 use crate::solver::record::Call;
-use crate::solver::state::{Failure, Phase, State};
+use crate::solver::state::{Failure, Next, Phase, State};
 use crate::solver::warm_start::{WarmStart, WarmStartKind};
 use core::marker::PhantomData;
 
 /// A solve under way in one call.
-pub(crate) struct Solve<
+pub(super) struct Solve<
     's,
     'a,
     T: Real,
@@ -30,7 +30,7 @@ pub(crate) struct Solve<
     P,
 > {
     /// The problem, the best impulses so far, the work, and the end of the solve.
-    pub(crate) monitor: Monitor<'s, 'a, T, N, D, C, R, S>,
+    pub(super) monitor: Monitor<'s, 'a, T, N, D, C, R, S>,
     /// The point of the search, and what the phases keep.
     pub(super) state: &'s mut State<T, D, C, R>,
     pub(super) warm_start: &'s mut WarmStart<T, D, C, R>,
@@ -78,7 +78,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// budget, and keeps the impulses for the next start.
     pub(super) fn run(&mut self, call: Call, writes: bool) {
         if call != Call::Resume {
-            self.begin();
+            let start = self.begin();
+            self.go_on(start);
         }
         // A check that costs nothing may find that the scene is solved.
         while self.monitor.is_running() || writes && self.monitor.is_free_check_due() {
@@ -104,15 +105,20 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.warm_start.is_solved = self.monitor.record.status == Status::Solved;
     }
 
-    /// Does one piece of work, or the check that is due, and finds the next phase. A check may be due after that: then nobody else is asked
-    /// before it.
+    /// Does one piece of work, or the check that is due.
     fn advance(&mut self) {
-        let mut next = if self.monitor.must_return() {
+        let next = if self.monitor.must_return() {
             self.check();
             self.after_check()
         } else {
             self.work()
         };
+        self.go_on(next);
+    }
+
+    /// Asks whether a rejection or a rest ends the solve or changes what follows, and moves on to the next phase. If a check is due, that comes
+    /// first.
+    fn go_on(&mut self, mut next: Next) {
         if P::CENTRAL_PATH && !self.monitor.is_check_due() {
             if let Err(Failure::Rejected(origin)) = next {
                 self.examine_rejection(origin);
@@ -140,7 +146,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Computes `P` of the point from `u`, where the last piece of work has updated only `r` and `u`: a sweep, or a step along the central path.
     pub(super) fn complete_point(&mut self) {
         match self.state.phase {
-            Phase::Start(WarmStartKind::Hyperstatic) | Phase::Newton(_) | Phase::Idle => {}
+            Phase::Newton(_) | Phase::Idle => {}
+            Phase::Start(WarmStartKind::Hyperstatic) if P::NEWTON => {}
             Phase::Start(_) | Phase::Sweeps | Phase::CentralPath => {
                 let (problem, point) = self.problem_and_point();
                 problem.sets.augment(&point.u, &mut point.p);

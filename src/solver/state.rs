@@ -12,9 +12,9 @@ use crate::solver::warm_start::WarmStartKind;
 #[derive(Clone, Copy, Debug)]
 #[repr(u8)] // so that `Idle` is zero, and a new solver takes no flash
 pub(crate) enum Phase {
-    /// No work: no solve was begun, or the solve is over.
+    /// No work: no solve was begun, or a known solution has ended it.
     Idle,
-    /// The choice of the first phase, once the error of the start is checked.
+    /// The choice of the first phase. It waits while a check of the start is due.
     Start(WarmStartKind),
     /// A Gauss-Seidel sweep.
     Sweeps,

@@ -1,5 +1,4 @@
-//! Warm start: the velocities and impulses of the last solve, by key, and the start of the next solve from them
-//! ([`crate::guide::method`]).
+//! Warm start: the velocities and impulses of the last solve, by key ([`crate::guide::method`]). `start.rs` begins there.
 //!
 //! `ũ` is the augmented velocity at the end of the last solve: the `P` of Newton's method, which lies in the dual cones.
 

@@ -19,6 +19,34 @@ fn fill(scene: &mut Scene<f64, 6, 3, 4>, mu: f64) -> Result<(), Error> {
     Ok(())
 }
 
+/// A body that is declared at rest is asked whether it can stay, also if the first call has no time for that.
+#[test]
+fn a_call_without_a_budget_forgets_no_presumed_rest() -> Result<(), Error> {
+    let settings = Settings::new(1e-9);
+    let mut asked = 0;
+    for slope in [0.2, 0.25, 0.28, 0.29, 0.2914] {
+        let push = BRICK.free_impulse(slope, 0.01);
+        let solution = |rests: bool, budgets: &[usize]| -> Result<String, Error> {
+            let mut kernel = EMPTY.clone();
+            fill(kernel.scene_mut(), 0.3)?;
+            if rests {
+                kernel.solver_mut().presume_rest();
+            }
+            for &budget in budgets {
+                kernel.resume(&push, &Settings { budget, ..settings })?;
+            }
+            let solution = kernel.solution();
+            assert!(solution.is_solved());
+            Ok(format!("{:?} {:?} {:?}", solution.velocity, solution.contacts, solution.work))
+        };
+        let once = solution(true, &[10_000])?;
+        assert_eq!(solution(true, &[0, 10_000])?, once, "{slope}");
+        asked += usize::from(once != solution(false, &[10_000])?);
+    }
+    assert!(asked > 0);
+    Ok(())
+}
+
 #[test]
 fn a_kernel_gives_the_bits_of_its_parts() -> Result<(), Error> {
     let settings = Settings::new(1e-9);

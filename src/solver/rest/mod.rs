@@ -98,6 +98,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         if self.monitor.leaves_rest(&self.state.point) {
             return Ok(self.begin_path());
         }
+        if self.monitor.is_over() && !self.monitor.record.has_fallback() {
+            return next; // proved infeasible
+        }
         let next = match (self.monitor.record.rest, next) {
             (RestQuestion::Pending, Err(Failure::Rejected(Origin::LastSolution))) => {
                 self.monitor.open_rest_question(RestQuestion::Open);
@@ -126,7 +129,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// At the end of a call: closes an open question if a solution is known; otherwise lets the monitor evaluate impulses by
     /// Coulomb's law.
-    pub(crate) fn end_rest_question(&mut self) {
+    pub(in crate::solver) fn end_rest_question(&mut self) {
         if self.monitor.record.has_fallback() && !self.monitor.is_over() {
             self.state.phase = self.close();
         } else if self.monitor.problem.is_relaxed() {
