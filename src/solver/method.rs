@@ -23,10 +23,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     Solve<'_, '_, T, N, D, C, R, S, P>
 {
     /// Begins a solve at the last solution, or without impulses.
-    pub(super) fn begin(&mut self) -> Next {
+    pub(super) fn begin(&mut self) -> Phase {
         let kind = self.go_to_start();
         self.consider();
-        Ok(Phase::Start(kind))
+        Phase::Start(kind)
     }
 
     /// The phase after a piece of work or a check.

@@ -79,7 +79,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub(super) fn run(&mut self, call: Call, writes: bool) {
         if call != Call::Resume {
             let start = self.begin();
-            self.go_on(start);
+            self.go_on(Ok(start));
         }
         // A check that costs nothing may find that the scene is solved.
         while self.monitor.is_running() || writes && self.monitor.is_free_check_due() {
