@@ -73,16 +73,21 @@ def test_a_robot_that_lies_on_its_side_lies(h: float) -> None:
     assert np.abs(s.data.qpos - start).max() < 1e-8 and np.abs(s.data.qvel).max() < 1e-9 * G
 
 
-@pytest.mark.parametrize("apart", [0.0, 1e3, 1e5, 1e6])
+@pytest.mark.parametrize("apart", [0.0, 1.0, 10.0, 631.0, 1e3, 1e5, 1e6])
 def test_a_minute_changes_nothing(apart: float) -> None:
-    """A cube of 0.5 m on a larger one, at 240 Hz: off by digits, 1e-16 of how far it is from the origin in a step."""
+    """A cube of 0.5 m on a larger one, at 240 Hz: a fiftieth of the speed that the tolerance allows, and digits.
+
+    Of 37 distances from 0.1 m to 1000 km the worst was a hundredth. Digits are 1e-16 of the distance from the origin in a step.
+    """
     place = f"{apart} {apart}"
     world = f'<geom type="box" size=".5 .5 .5" pos="{place} -.5"/>' + TURNED.replace("0 0 .25", f"{place} .25", 1)
-    s = scene(world, h=1 / 240, tol=1e-6)
+    tol = 1e-6
+    s = scene(world, h=1 / 240, tol=tol)
     s.step(10)
     start = s.data.qpos.copy()
     s.run(60.0)
-    assert np.abs(s.data.qpos - start).max() < 14400 * (PASS + 1e-16 * apart) and s.is_clean()
+    creep = tol * G * s.h / 50
+    assert np.abs(s.data.qpos - start).max() < 60 * creep + 14400e-16 * apart and s.is_clean()
 
 
 @pytest.mark.parametrize("ratio", [1e2, 1e4, 1e6])
