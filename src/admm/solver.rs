@@ -144,7 +144,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         let monitor = Monitor::new(&mut problem, settings, solution, record, call);
         let (iterates, extrapolation) = (&mut self.iterates, &mut self.extrapolation);
         let mut solve = Solve { monitor, resolvent, iterates, extrapolation, slip_update: self.slip_update };
-        let r = solve.run(call);
+        let r = solve.run();
         let mut u = Stacked::zero();
         for (u, iterate) in u.contacts.iter_mut().zip(&self.iterates) {
             *u = iterate.u.into();
@@ -178,8 +178,8 @@ struct Solve<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, co
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Solve<'_, '_, T, N, D, C, S> {
     /// Iterates until the end of the solve or of the budget, and writes the solution. Returns the last impulses.
-    fn run(&mut self, call: Call) -> Stacked<T, D, C, 0> {
-        if call == Call::Begin {
+    fn run(&mut self) -> Stacked<T, D, C, 0> {
+        if self.monitor.is_first_call() {
             self.monitor.count_stopping();
             self.consider();
         }

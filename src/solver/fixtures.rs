@@ -51,10 +51,7 @@ pub(super) fn with_problem<O>(
     push: &SVector<f64, N>,
     work: impl FnOnce(&mut Problem<'_, f64, N, D, C, 0, 0>) -> O,
 ) -> Result<O, Error> {
-    let factor = Factor::new(scene)?;
-    let mut problem = Problem::new(scene, &factor, push, Model::Coulomb);
-    problem.fill(true);
-    Ok(work(&mut problem))
+    with_solve(scene, push, |solve| work(solve.monitor.problem))
 }
 
 /// Calls `work` with the monitor of a solve that has begun, with a tolerance of 1e-9 and a budget of 100.

@@ -30,7 +30,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// The phase after a piece of work or a check.
-    pub(super) fn follow(&mut self, next: Next) -> Phase {
+    pub(super) fn next_phase(&mut self, next: Next) -> Phase {
         match next {
             Ok(Phase::Start(kind)) => self.start(kind),
             Ok(phase) => phase,

@@ -274,7 +274,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         let (solution, record) = (&mut self.solution, &mut self.record);
         let monitor = Monitor::new(&mut problem, settings, solution, record, call);
         let (state, warm_start) = (&mut self.state, &mut self.warm_start);
-        Solve { monitor, state, warm_start, phases: PhantomData::<P> }.run(call, writes);
+        Solve { monitor, state, warm_start, phases: PhantomData::<P> }.run(writes);
         if call != Call::Resume {
             self.record.pause(|| fingerprint(scene, free_impulse, settings));
         }

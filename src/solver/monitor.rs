@@ -32,7 +32,7 @@ pub(crate) struct Monitor<
     pub(super) work_limit: usize,
     /// Has the solution the best impulses so far, with their plain error?
     pub(super) holds_best: bool,
-    call: Call,
+    pub(super) call: Call,
 }
 
 impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>

@@ -60,17 +60,25 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         self.rebuild();
     }
 
-    /// Computes `P`, `r`, `u`, residual, merit and estimate of `z`.
+    /// Evaluates `z` ([`Problem::evaluate_point`]).
     pub(super) fn evaluate_z(&mut self) {
         let (problem, point) = self.problem_and_point();
-        problem.sets.split(&point.z, &mut point.p, &mut point.r, &mut point.residual);
-        self.evaluate_impulses();
-        let (problem, point) = self.problem_and_point();
-        let counts = problem.sets.counts();
+        problem.evaluate_point(point);
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Problem<'_, T, N, D, C, R, S>
+{
+    /// Computes `P`, `r`, `u`, residual, merit and estimate from the `z` of a point.
+    pub(crate) fn evaluate_point(&self, point: &mut NewtonPoint<T, D, C, R>) {
+        self.sets.split(&point.z, &mut point.p, &mut point.r, &mut point.residual);
+        point.estimate = self.velocities_and_estimate(&point.r, &mut point.u);
+        let counts = self.sets.counts();
         let velocities = point.u.in_use(counts);
         for (residual, &u) in point.residual.in_use_mut(counts).zip(velocities) {
             *residual += u;
         }
-        point.merit = problem.sets.merit(&point.residual);
+        point.merit = self.sets.merit(&point.residual);
     }
 }

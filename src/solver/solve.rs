@@ -76,7 +76,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Works until the end of the solve or of the budget. Writes the solution at the end of the solve, with `writes` also at the end of the
     /// budget, and keeps the impulses for the next start.
-    pub(super) fn run(&mut self, call: Call, writes: bool) {
+    pub(super) fn run(&mut self, writes: bool) {
+        let call = self.monitor.call;
         if call != Call::Resume {
             let start = self.begin();
             self.go_on(Ok(start));
@@ -127,7 +128,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         let present = self.state.phase;
         self.state.phase =
-            if self.monitor.must_return() { next.unwrap_or(present) } else { self.follow(next) };
+            if self.monitor.must_return() { next.unwrap_or(present) } else { self.next_phase(next) };
     }
 
     /// Writes the solution. Unless the solve has ended, returns the velocities and impulses that are written.

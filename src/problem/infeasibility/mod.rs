@@ -12,9 +12,7 @@
 use crate::factor::{Delassus, Factor};
 use crate::linalg::blocks::diagonal_of;
 use crate::linalg::dot2::Dot2;
-use crate::linalg::sparsity::add_products;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
-use crate::linalg::sum::Sum;
 use crate::linalg::vector::at_least;
 use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::problem::Problem;
@@ -85,14 +83,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     #[inline(never)]
     fn leak(&self, d: &Stacked<T, D, C, R>) -> T {
         let mut sums = [Dot2::of(T::ZERO); N];
-        for (contact, &d) in self.scene.contacts().iter().zip(&d.contacts) {
-            add_products(&contact.jacobian.data.0, d, &mut sums);
-        }
-        for (row, &d) in self.scene.rows().iter().zip(&d.rows) {
-            for (sum, &entry) in sums.iter_mut().zip(&row.row) {
-                sum.add(entry, d);
-            }
-        }
+        self.scene.add_momentum(d, &mut sums);
         let mut momentum = sums.map(Dot2::value);
         self.factor.whiten(&mut momentum);
         (self.factor.energy(&momentum) * self.scene.reference_mass()).square_root()

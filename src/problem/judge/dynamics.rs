@@ -1,6 +1,8 @@
 //! The velocities `u = H v + w`, and the second part of the error, `|M v - M v_free - Hᵀ r|`.
 
 use crate::linalg::cholesky::dot;
+use crate::linalg::dot2::Dot2;
+use crate::linalg::sparsity::add_products;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::sum::{SizedSum, Sum, multiply_sized};
 use crate::linalg::vector::{at_least, larger, quotient, root_sum};
@@ -199,6 +201,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Dynamics {
             plain: Norms::of(&momenta, |_| T::ONE),
             weighted: is_mixed.then(|| Norms::of(&momenta, weights(mass))),
+        }
+    }
+
+    /// Adds `Hᵀ r` to sums in twice the digits. `r` is in physical rows.
+    #[inline]
+    pub(crate) fn add_momentum(&self, r: &Stacked<T, D, C, R>, sums: &mut [Dot2<T>; N]) {
+        for (contact, &r) in self.contacts().iter().zip(&r.contacts) {
+            add_products(&contact.jacobian.data.0, r, sums);
+        }
+        for (row, &r) in self.rows().iter().zip(&r.rows) {
+            for (sum, &entry) in sums.iter_mut().zip(&row.row) {
+                sum.add(entry, r);
+            }
         }
     }
 }

@@ -10,7 +10,7 @@
 //! the result.
 
 use crate::linalg::dot2::Dot2;
-use crate::linalg::sparsity::{add_columns, add_products};
+use crate::linalg::sparsity::add_columns;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::sum::Sum;
 use crate::linalg::vector::{rounding_bound, square};
@@ -21,7 +21,6 @@ use crate::real::Real;
 use crate::sets::Sets;
 use crate::sets::energy::VelocityNoise;
 use crate::solution::Model;
-use core::ops::Neg;
 
 /// Squares of bounds on rounding.
 #[derive(Clone, Copy)]
@@ -104,7 +103,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         rounding.weighted = dynamics.weighted.as_mut().map_or(T::ZERO, |norms| norms.reduce_size(share));
     }
 
-    /// Computes `u = H v + w` with the velocities of compliance, and `M v - M v_free - Hᵀ r`, again with twice the digits. It replaces
+    /// Computes `u = H v + w` with the velocities of compliance, and `M v_free + Hᵀ r - M v`, again with twice the digits. It replaces
     /// the bounds of [`Self::velocity_rounding`] and [`Self::momentum_rounding`] by those of the new sums.
     #[inline(never)]
     pub(crate) fn sum_exactly(
@@ -116,15 +115,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     ) {
         let [free] = &self.free_impulse.data.0;
         let (mass, n) = (&self.scene.mass().data.0, self.scene.velocities());
-        let mut differences = free.map(|free| Dot2::of(-free));
+        let bounds = &mut rounding.velocities;
+        self.sum_contacts_exactly(v, written, u, bounds);
+        self.sum_rows_exactly(v, written, u, bounds);
+        let mut differences = free.map(Dot2::of);
         for (column, &v) in mass.iter().zip(v).take(n) {
             for (difference, &mass) in differences.iter_mut().zip(column) {
-                difference.add(mass, v);
+                difference.add(mass, -v);
             }
         }
-        let bounds = &mut rounding.velocities;
-        self.sum_contacts_exactly(v, written, u, bounds, &mut differences);
-        self.sum_rows_exactly(v, written, u, bounds, &mut differences);
+        self.scene.add_momentum(written, &mut differences);
         let differences = differences.map(Dot2::value);
         let differences = differences.get(..n).unwrap_or_default();
         if !differences.iter().all(T::is_finite) {
@@ -143,7 +143,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         });
     }
 
-    /// The part of [`Self::sum_exactly`] for contacts. Their impulses are subtracted from `differences`.
+    /// The part of [`Self::sum_exactly`] for the velocities of contacts.
     #[inline]
     fn sum_contacts_exactly(
         &self,
@@ -151,16 +151,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         written: &Stacked<T, D, C, R>,
         u: &mut Stacked<T, D, C, R>,
         bounds: &mut VelocityNoise<T, C, R>,
-        differences: &mut [Dot2<T>; N],
     ) {
         let (scene, half) = (self.scene, T::EPSILON * T::literal(0.5));
         for (i, bound, u, contact, r) in
             zip5(0..C, &mut bounds.contacts, &mut u.contacts, scene.contacts(), &written.contacts)
         {
-            let columns = &contact.jacobian.data.0;
             let mut sums = <[T; D]>::from(contact.offset).map(Dot2::of);
-            add_columns(columns, v, &mut sums);
-            add_products(columns, r.map(Neg::neg), differences);
+            add_columns(&contact.jacobian.data.0, v, &mut sums);
             let values = sums.map(Dot2::value);
             if !values.iter().all(T::is_finite) {
                 continue; // too large for a product in twice the digits
@@ -181,7 +178,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
     }
 
-    /// The part of [`Self::sum_exactly`] for joint rows. Their impulses are subtracted from `differences`.
+    /// The part of [`Self::sum_exactly`] for the velocities of joint rows.
     #[inline]
     fn sum_rows_exactly(
         &self,
@@ -189,13 +186,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         written: &Stacked<T, D, C, R>,
         u: &mut Stacked<T, D, C, R>,
         bounds: &mut VelocityNoise<T, C, R>,
-        differences: &mut [Dot2<T>; N],
     ) {
         for (bound, u, row, &r) in zip4(&mut bounds.rows, &mut u.rows, self.scene.rows(), &written.rows) {
             let mut sum = Dot2::of(row.offset);
-            for (&v, &h, difference) in zip3(v, &row.row, &mut *differences) {
+            for (&v, &h) in v.iter().zip(&row.row) {
                 sum.add(h, v);
-                difference.add(h, -r);
             }
             let value = sum.value();
             if value.is_finite() {

@@ -44,11 +44,7 @@ fn point_at<const D: usize>(
 ) -> NewtonPoint<f64, D, C, R> {
     let mut point = NewtonPoint::none();
     point.z = *z;
-    problem.sets.split(&point.z, &mut point.p, &mut point.r, &mut point.residual);
-    problem.velocities(&point.r, &mut point.u);
-    for (residual, &u) in point.residual.iter_mut().zip(point.u.iter()) {
-        *residual += u;
-    }
+    problem.evaluate_point(&mut point);
     point
 }
 

@@ -118,44 +118,48 @@ proptest! {
     }
 }
 
+/// Where the first call of a tick and a second one start after two solves with these impulses.
+fn starts<const R: usize>(
+    (keys, rows): (&[u32], &[u32]),
+    solves: [Stacked<f64, 1, C, R>; 2],
+) -> Result<[Stacked<f64, 1, C, R>; 2], Error> {
+    let scene = scene::<R>(keys, rows)?;
+    let mut state = WarmStart::cold();
+    for r in &solves {
+        state.keep(&scene, &Stacked::zero(), r, false);
+    }
+    let mut start = |call| {
+        let last = (&mut State::none(), &mut state);
+        with_solve_from(last, call, (&scene, &Vector1::new(-4.0)), |solve| {
+            solve.go_to_start();
+            solve.state.point.r
+        })
+    };
+    Ok([start(Call::Begin)?, start(Call::Append)?])
+}
+
 /// A new tick extrapolates impulses. A second pass of the same tick does not.
 #[test]
 fn impulses_are_extrapolated_once_a_tick() -> Result<(), Error> {
-    let scene = scene::<0>(&[0], &[])?;
-    let mut state = WarmStart::<f64, 1, C, 0>::cold();
-    for r in [1.0, 2.0] {
-        let mut last = Stacked::zero();
-        last.contacts[0] = [r];
-        state.keep(&scene, &Stacked::zero(), &last, false);
-    }
-    for (call, r) in [(Call::Begin, 3.0), (Call::Append, 2.0)] {
-        let last = (&mut State::none(), &mut state);
-        let start = with_solve_from(last, call, (&scene, &Vector1::new(-4.0)), |solve| {
-            solve.go_to_start();
-            solve.state.point.r
-        })?;
-        assert_eq!(start.contacts[0], [r]);
-    }
+    let solves = [1.0, 2.0].map(|r| {
+        let mut solve = Stacked::<f64, 1, C, 0>::zero();
+        solve.contacts[0] = [r];
+        solve
+    });
+    let starts = starts((&[0], &[]), solves)?;
+    assert_eq!(starts.map(|r| r.contacts[0]), [[3.0], [2.0]]);
     Ok(())
 }
 
 /// The same of a joint row alone.
 #[test]
 fn impulses_of_joint_rows_are_extrapolated_once_a_tick() -> Result<(), Error> {
-    let scene = scene::<R>(&[], &[0])?;
-    let mut state = WarmStart::<f64, 1, C, R>::cold();
-    for r in [1.0, 2.0] {
-        let mut last = Stacked::zero();
-        last.rows[0] = r;
-        state.keep(&scene, &Stacked::zero(), &last, false);
-    }
-    for (call, r) in [(Call::Begin, 3.0), (Call::Append, 2.0)] {
-        let last = (&mut State::none(), &mut state);
-        let start = with_solve_from(last, call, (&scene, &Vector1::new(-4.0)), |solve| {
-            solve.go_to_start();
-            solve.state.point.r
-        })?;
-        assert_eq!(start.rows[0], r);
-    }
+    let solves = [1.0, 2.0].map(|r| {
+        let mut solve = Stacked::<f64, 1, C, R>::zero();
+        solve.rows[0] = r;
+        solve
+    });
+    let starts = starts((&[], &[0]), solves)?;
+    assert_eq!(starts.map(|r| r.rows[0]), [3.0, 2.0]);
     Ok(())
 }
