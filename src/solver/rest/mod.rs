@@ -118,7 +118,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// otherwise the first phase of the search for one.
     fn close(&mut self) -> Phase {
         if self.monitor.close_rest_question() {
-            self.state.point.r.copy_from(&self.monitor.record.best); // the next solve starts there
+            // The next solve starts there. (A solution has no estimate if it was found at the start.)
+            self.state.point.r.copy_from(&self.monitor.record.best);
             self.evaluate_impulses();
             self.rebuild_from_velocity();
             return Phase::Idle;
