@@ -130,7 +130,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// At the end of a call: closes an open question if a solution is known; otherwise lets the monitor evaluate impulses by
     /// Coulomb's law.
-    pub(in crate::solver) fn end_rest_question(&mut self) {
+    pub(super) fn end_rest_question(&mut self) {
         if self.monitor.record.has_fallback() && !self.monitor.is_over() {
             self.state.phase = self.close();
         } else if self.monitor.problem.is_relaxed() {
