@@ -27,7 +27,7 @@ const NEWTON: f32 = 1.2;
 /// Height of friction cones (px).
 const CONE: f32 = 56.0;
 /// Left and right end of the time axis (px).
-const AXIS: [f32; 2] = [100.0, 815.0];
+const AXIS: [f32; 2] = [100.0, 810.0];
 /// Upper edge of the rows of the feet, and height of a row (px).
 const FEET: f32 = 216.0;
 const ROW: f32 = 20.0;
