@@ -26,7 +26,7 @@ FIELDS = {
         "int*": """
             body_parentid body_weldid body_mocapid jnt_type jnt_dofadr dof_treeid
             geom_type geom_contype geom_conaffinity geom_bodyid geom_dataid hfield_nrow hfield_ncol hfield_adr
-            site_bodyid eq_type eq_obj1id eq_obj2id eq_objtype D_rownnz? D_rowadr? D_colind?
+            site_bodyid eq_type eq_obj1id eq_obj2id eq_objtype actuator_trntype D_rownnz? D_rowadr? D_colind?
         """,
         "mjtNum*": """
             body_invweight0 body_margin jnt_margin dof_damping dof_invweight0 geom_rbound geom_aabb geom_margin
@@ -34,6 +34,7 @@ FIELDS = {
         """,
         "float*": "hfield_data",
         "uint64_t": "signature?",
+        "mjtSize": "nactuator?",
     },
     "data": {
         "int": "ncon nefc",
@@ -47,6 +48,7 @@ FIELDS = {
         "int*": "efc_type efc_id D_rownnz? D_rowadr? D_colind?",
         "mjContact*": "contact",
         "uint64_t": "signature?",
+        "unsigned char|_Bool": "flg_rnepost?",
     },
     "contact": {
         "mjtNum": "dist includemargin",
@@ -76,13 +78,14 @@ CONSTANTS = {
     **{"PLANE": "mjGEOM_PLANE", "HFIELD": "mjGEOM_HFIELD", "BOX": "mjGEOM_BOX", "MESH": "mjGEOM_MESH"},
     **{"FREE": "mjJNT_FREE", "BALL": "mjJNT_BALL", "SLIDE": "mjJNT_SLIDE"},
     **{"CONNECT": "mjEQ_CONNECT", "WELD": "mjEQ_WELD", "SITE": "mjOBJ_SITE"},
+    "BODY": "mjTRN_BODY",
 }
 
 # Types of functions, as `ffi` calls them. (`unsigned` and `int` are passed alike; `mjd_smooth_vel` is in no header.)
 FUNCTIONS = {
     "void (*)(const mjModel*, mjData*)": """
         mj_step1 mj_fwdActuation mj_fwdAcceleration mj_kinematics mj_comPos mj_collision mj_makeConstraint mj_checkAcc mj_sensorAcc
-        mj_Euler mj_resetData
+        mj_Euler mj_resetData mj_transmission
     """,
     "void (*)(const mjModel*, const mjData*, mjtNum*)|void (*)(const mjModel*, mjtNum*, const mjtNum*)": "mj_fullM",
     "void (*)(const mjModel*, const mjData*, mjtNum*, mjtNum*, const mjtNum*, int)": "mj_jac",

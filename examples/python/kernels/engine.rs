@@ -20,11 +20,10 @@ pub trait Number: Real + Default + Into<f64> + Send + Sync + 'static {
     /// The sizes that are compiled, in the order in which they are tried.
     fn sizes() -> &'static [sizes::Entry<Self>];
 
-    /// Writes the least impulses of a kernel's last solution, if it has any; in double precision alone, in which models are stepped. `asked` is
-    /// settings, and the speed of opening up to which a contact may bear (m/s).
+    /// Writes the least impulses of a kernel's last solution, if it has any; in double precision alone, in which models are stepped.
     fn read_least<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
         kernel: &Kernel<Self, N, D, C, R, S>,
-        asked: (&Settings<Self>, Self),
+        settings: &Settings<Self>,
         out: &mut Out<'_, Self>,
     );
 }
@@ -45,10 +44,10 @@ macro_rules! number {
 
             fn read_least<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
                 kernel: &Kernel<Self, N, D, C, R, S>,
-                asked: (&Settings<Self>, Self),
+                settings: &Settings<Self>,
                 out: &mut Out<'_, Self>,
             ) {
-                $read_least(kernel, asked, out);
+                $read_least(kernel, settings, out);
             }
         }
     )*};
@@ -57,7 +56,7 @@ number!(f32: sizes::SINGLE, read_none, f64: sizes::DOUBLE, loads::read_least);
 
 fn read_none<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
     _: &Kernel<f32, N, D, C, R, S>,
-    _: (&Settings<f32>, f32),
+    _: &Settings<f32>,
     _: &mut Out<'_, f32>,
 ) {
 }
@@ -86,7 +85,7 @@ pub trait Engine<T>: Send + Sync {
     fn read(&self, out: &mut Out<'_, T>);
 
     /// Writes the least impulses of the last solution, if it has any ([`Number::read_least`]).
-    fn read_least(&self, asked: (&Settings<T>, T), out: &mut Out<'_, T>);
+    fn read_least(&self, settings: &Settings<T>, out: &mut Out<'_, T>);
 }
 
 type Push<T, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> =
@@ -283,8 +282,8 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
         copy_or_zero(out.row_certificate, &solution.row_certificate);
     }
 
-    fn read_least(&self, asked: (&Settings<T>, T), out: &mut Out<'_, T>) {
-        with_room::<Self, _>(|| T::read_least(&self.kernel, asked, out));
+    fn read_least(&self, settings: &Settings<T>, out: &mut Out<'_, T>) {
+        with_room::<Self, _>(|| T::read_least(&self.kernel, settings, out));
     }
 }
 

@@ -4,7 +4,7 @@ use crate::derivative::find_again;
 use crate::engine::{Compiled, Engine};
 use crate::problem::{Out, Problem};
 use stiction::nalgebra::SVector;
-use stiction::{ContactMode, ContactSolution, Error, Kernel, LeastImpulses, Settings};
+use stiction::{Error, Kernel, Settings};
 
 /// Share of the tolerance that least impulses are to miss of the momentum of a step. If they miss more than the tolerance, those of the solution stay.
 const MOMENTUM: f64 = 0.1;
@@ -22,26 +22,14 @@ pub enum Asked<'a> {
     RestReserve(f64),
 }
 
-/// Writes the least impulses of a kernel's last solution, if it has any. A contact that opens no faster than `touching` (m/s) may bear.
+/// Writes the least impulses of a kernel's last solution, if it has any.
 pub(crate) fn read_least<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
     kernel: &Kernel<f64, N, D, C, R, S>,
-    (settings, touching): (&Settings<f64>, f64),
+    settings: &Settings<f64>,
     out: &mut Out<'_, f64>,
 ) {
     let exact = Settings { tolerance: settings.tolerance * MOMENTUM, ..*settings };
-    let touches = |contact: &ContactSolution<f64, D>| {
-        contact.mode == ContactMode::Open && contact.velocity[0] <= touching
-    };
-    let least = if kernel.solution().contacts.iter().any(touches) {
-        let mut solution = kernel.solution().clone();
-        for contact in solution.contacts.iter_mut().filter(|contact| touches(contact)) {
-            contact.velocity[0] = 0.0;
-        }
-        LeastImpulses::new(kernel.scene(), kernel.factor(), &solution, &exact)
-    } else {
-        kernel.least_impulses(&exact)
-    };
-    if let Ok(least) = least
+    if let Ok(least) = kernel.least_impulses(&exact)
         && least.momentum_error <= settings.tolerance
     {
         for (place, impulse) in out.r.chunks_exact_mut(D).zip(&least.contacts) {

@@ -137,6 +137,14 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Adds the work of another solve.
+    pub fn add(&mut self, work: &Work) {
+        self.work.sweeps += work.sweeps;
+        self.work.chord_steps += work.chord_steps;
+        self.work.newton_steps += work.newton_steps;
+        self.work.proof_searches += work.proof_searches;
+    }
+
     /// Sweeps, chord steps, Newton steps, searches for a proof.
     pub fn work(&self) -> [i32; 4] {
         let Work { sweeps, chord_steps, newton_steps, proof_searches, .. } = self.work;

@@ -1,7 +1,7 @@
 //! What the position pass asks of an island: how far each contact and each row is to come back in the step.
 
 use super::creep::{Creep, holds};
-use super::facts::{SLOP, has_lever};
+use super::facts::{CLOSED, has_lever};
 use super::islands::Island;
 use super::locks::{Locks, Name};
 use super::rows::{Kind, Row};
@@ -54,8 +54,6 @@ pub(super) struct Grip {
     pub(super) rubs: bool,
     /// The normal impulse that it starts from.
     pub(super) start: f64,
-    /// Its number among those of the island.
-    number: usize,
 }
 
 /// The model's own length (m) and speed (m/s).
@@ -99,7 +97,6 @@ impl Asked {
     pub(super) fn lock(
         &self,
         scene: &Scene<'_>,
-        island: &Island,
         moving: &Moving<'_>,
         correction: &[f64],
         locks: &mut Locks,
@@ -120,8 +117,8 @@ impl Asked {
         // What is asked little beside others may have to wait for these.
         let least = left.max(LITTLE * all.fold(0.0, |most, [asked, _]| f64::max(most, asked)));
         let refuses = |[asked, done]: [f64; 2]| asked > least && done < LITTLE * asked;
-        for (_, grip) in self.touches.iter().filter(|(demand, _)| refuses(of_touch(demand))) {
-            locks.add(Name::of_touch(scene, island, grip.number));
+        for (demand, _) in self.touches.iter().filter(|(demand, _)| refuses(of_touch(demand))) {
+            locks.add(Name::Touch(scene.touches[demand.place].key));
         }
         let equality = |demand: &Demand| scene.rows[demand.place].equality();
         for rows in
@@ -154,7 +151,7 @@ impl Asked {
         let lever = |response: f64, mobility: f64| {
             if mobility > 0.0 { (response / mobility).min(1.0) } else { 1.0 }
         };
-        for (number, (&place, touch)) in island.touches.iter().zip(scene.touches(island)).enumerate() {
+        for (&place, touch) in island.touches.iter().zip(scene.touches(island)) {
             if !has_lever(touch.response, touch.mobility) {
                 continue;
             }
@@ -164,13 +161,13 @@ impl Asked {
                 // What is from the step itself is taken back in it.
                 let old = (-open - touch.curve).max(0.0);
                 let most = h * fastest * lever(touch.response, touch.mobility);
-                let back = if old > SLOP * scale.length { (SHARE * old).min(most) } else { 0.0 };
+                let back = if old > CLOSED * scale.length { (SHARE * old).min(most) } else { 0.0 };
                 open = (open + old) - back;
-                if locks.holds_touch(scene, island, number) {
+                if locks.hold(Name::Touch(touch.key)) {
                     open = 0.0;
                 }
             }
-            let mut grip = Grip { slip: [0.0; 2], rubs: true, start: 0.0, number };
+            let mut grip = Grip { slip: [0.0; 2], rubs: true, start: 0.0 };
             if is_pressed {
                 let tangents = touch.rows.chunks_exact(touch.rows.len() / touch.dim).skip(1);
                 for (i, (slip, row)) in grip.slip.iter_mut().zip(tangents).enumerate() {
@@ -197,7 +194,7 @@ impl Asked {
             } else if open < 0.0 {
                 open = (SHARE * open).max(-h * RECOVERY * scale.speed * lever(row.response, row.mobility));
             }
-            if locks.holds_row(row.key) && (row.kind == Kind::Equality || open < 0.0) {
+            if locks.hold(Name::Row(row.key)) && (row.kind == Kind::Equality || open < 0.0) {
                 open = 0.0;
             }
             let compliance = soft(ROW, row.response, row.mobility);
@@ -241,15 +238,14 @@ impl Asked {
 
 /// Does something overlap, or is something open, by more than what is left, and is not locked?
 pub(super) fn is_needed(scene: &Scene<'_>, island: &Island, moving: &Moving<'_>, locks: &Locks) -> bool {
-    let [left, slop] = [LEFT, SLOP].map(|share| share * moving.scale.length);
+    let [left, slop] = [LEFT, CLOSED].map(|share| share * moving.scale.length);
     let after = |gap: f64, row: &[f64]| gap + scene.h * dot(row, &moving.motion.velocity);
-    let (mut touches, rows) = (scene.touches(island).enumerate(), scene.rows(island));
+    let (mut touches, rows) = (scene.touches(island), scene.rows(island));
     moving.creeps_in(island)
-        || touches.any(|(number, touch)| {
-            after(touch.gap, touch.normal_row()) < -slop && !locks.holds_touch(scene, island, number)
-        })
+        || touches
+            .any(|touch| after(touch.gap, touch.normal_row()) < -slop && !locks.hold(Name::Touch(touch.key)))
         || rows.filter(|row| moving.asks(row)).any(|row| {
             let after = after(row.gap, &row.jacobian);
-            (after < -left || row.kind == Kind::Equality && after > left) && !locks.holds_row(row.key)
+            (after < -left || row.kind == Kind::Equality && after > left) && !locks.hold(Name::Row(row.key))
         })
 }

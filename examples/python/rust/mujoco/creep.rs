@@ -1,10 +1,10 @@
 //! What sticks keeps its place: how far contacts that stick have moved along their tangents nevertheless, as a step goes along a straight
 //! line, and as what moves from outside was foreseen by its last velocity.
 
-use super::facts::body_of;
+use super::facts::{CLOSED, body_of};
 use super::ffi::Data;
 use super::islands::Island;
-use super::touch::{Around, Live, NEAR, Touch, dot, largest, pose};
+use super::touch::{Around, Live, Touch, dot, largest, pose};
 use super::velocity::Motion;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
@@ -14,8 +14,6 @@ const STICK: i8 = 1;
 const LEFT: f64 = 1e-7;
 /// Square of an angle (rad) up to which a path is straight.
 const STRAIGHT: f64 = 1e-9;
-/// What counts was closed as the step began, up to this gap over the model's length.
-const CLOSED: f64 = 1e-4;
 
 /// A motion from one pose of a geom to another.
 struct Path {
@@ -82,7 +80,7 @@ pub(super) fn list(
             creep.along = of_step(around, touch, motion, scratch);
         }
         let frame = data.contact(touch.index).frame();
-        if let Some(live) = live.iter().find(|live| live.is(touch, data, NEAR * length)) {
+        if let Some(live) = live.iter().find(|live| live.key == touch.key) {
             for (along, axis) in creep.along.iter_mut().zip(&frame[1..]) {
                 *along += Vector3::from(*axis).dot(&live.crept);
             }

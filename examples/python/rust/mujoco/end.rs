@@ -2,9 +2,9 @@
 
 use super::facts::{Facts, MOST_POSES, body_of, is_side_of_prism};
 use super::ffi::{ContactRef, Data, Model, OwnedContact};
-use super::touch::{Face, Touch, dot, pose};
+use super::touch::{Face, Taken, Touch, dot, pose};
 use nalgebra::{Matrix3, Vector3};
-use std::collections::HashSet;
+use std::collections::HashMap;
 
 /// A contact where it was found.
 pub(super) struct There {
@@ -48,7 +48,7 @@ pub(super) struct Step<'a> {
     pub(super) velocity: &'a [f64],
     /// Contacts that take part, and their places in MuJoCo's list.
     pub(super) touches: &'a [Touch],
-    pub(super) taken: &'a HashSet<usize>,
+    pub(super) taken: &'a HashMap<usize, Taken>,
     /// May rows of contacts that were found before be taken anew?
     pub(super) takes_anew: bool,
 }
@@ -221,7 +221,7 @@ impl Lookout<'_> {
             }
             let is_it = |&(index, contact): &(usize, ContactRef<'_>)| {
                 let distance = (Vector3::from(contact.place()) - overlap.place).norm();
-                !step.taken.contains(&index)
+                !step.taken.contains_key(&index)
                     && !seen.iter().any(|seen| matches!(seen, Seen::Listed(other) if *other == index))
                     && Face::of(contact).is(&overlap.face)
                     && distance < NEAR_KNOWN * self.length

@@ -8,6 +8,11 @@ use stiction_kernels::engine::Engine;
 use stiction_kernels::problem::{Answer, Needs, Outcome, Problem};
 use stiction_kernels::sizes;
 
+/// A solution is refined to this share of the tolerance, as far as so much work does that: what sticks is then at rest but for rounding.
+const FINER: f64 = 1e-3;
+const FINEST: f64 = 1e-12;
+const FEW: usize = 8;
+
 /// What an island's kernel is used for.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Pass {
@@ -20,8 +25,6 @@ pub(super) enum Pass {
 pub(super) struct Least {
     /// A contact that opens or slips no faster bears as one that sticks (m/s).
     pub(super) still: f64,
-    /// A contact that opens no faster may bear (m/s).
-    pub(super) touching: f64,
     /// With at least as many unknown impulses, but for two, some may be internal.
     pub(super) dofs: usize,
 }
@@ -82,14 +85,23 @@ impl Engines {
             slot.engine.reset();
         }
         slot.engine.load(problem).ok()?;
-        let outcome = slot.engine.solve(settings, false).ok()?;
+        let mut outcome = slot.engine.solve(settings, false).ok()?;
         let sizes = [problem.n, problem.contacts(), problem.dim, problem.rows.lower.len()];
         slot.engine.read(&mut answer.out(sizes));
-        if let Some(Least { still, touching, dofs }) = least
+        let tolerance = (FINER * settings.tolerance).max(FINEST);
+        if outcome.status == Status::Solved && outcome.error > tolerance && pass == Pass::Velocity {
+            let finer = slot.engine.solve(&Settings { tolerance, budget: FEW, ..*settings }, false).ok()?;
+            outcome.add(&finer.work);
+            if finer.error <= settings.tolerance {
+                slot.engine.read(&mut answer.out(sizes));
+                outcome.error = finer.error;
+            }
+        }
+        if let Some(Least { still, dofs }) = least
             && outcome.status == Status::Solved
             && unknowns(answer, problem.dim) + 3 > dofs
         {
-            slot.engine.read_least((&Settings { still, ..*settings }, touching), &mut answer.out(sizes));
+            slot.engine.read_least(&Settings { still, ..*settings }, &mut answer.out(sizes));
         }
         Some(outcome)
     }

@@ -1,7 +1,7 @@
 //! What of a model stays the same as it is stepped, and its own units of speed and length.
 
 use super::end::Moved;
-use super::ffi::{BALL, BOX, FREE, HFIELD, MESH, Model, PLANE, SLIDE};
+use super::ffi::{BALL, BODY, BOX, FREE, HFIELD, MESH, Model, PLANE, SLIDE};
 use nalgebra::{Matrix3, Vector3};
 
 /// Kinds of geoms that have corners, or are flat.
@@ -20,6 +20,8 @@ pub(super) struct Facts {
     /// Is a velocity one of turning?
     pub(super) turns: Vec<bool>,
     pub(super) height_fields: bool,
+    /// Are there actuators that pull at what their body touches?
+    pub(super) has_suction: bool,
 }
 
 impl Facts {
@@ -53,6 +55,7 @@ impl Facts {
             has_corners: model.geom_type().iter().map(|kind| CORNERED.contains(kind)).collect(),
             turns: turns(model),
             height_fields: geoms.clone().any(|geom| is(geom, HFIELD)),
+            has_suction: model.actuator_trntype().contains(&BODY),
         }
     }
 
@@ -100,8 +103,9 @@ fn turns(model: &Model) -> Vec<bool> {
     turns
 }
 
-/// Overlaps up to this are none, over the model's own length.
-pub(super) const SLOP: f64 = 1e-7;
+/// A contact is closed up to this gap, and overlaps from this depth on, over the model's own length: more than residuals of solves add up to
+/// in a minute.
+pub(super) const CLOSED: f64 = 1e-7;
 
 /// How fast a length of the model falls from itself (m/s): `sqrt(g L)`.
 pub(super) fn speed_scale(model: &Model) -> f64 {

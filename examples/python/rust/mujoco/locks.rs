@@ -1,24 +1,13 @@
 //! What does not give way: a contact or row that a correction hardly moves is asked no more for a few steps.
 
-use super::islands::Island;
-use super::velocity::{ASK_AGAIN, Scene};
+use super::velocity::ASK_AGAIN;
 use std::collections::HashMap;
 
-/// What is locked, by what stays the same from step to step: a contact by its geoms and its number among those of these, a row by its key.
+/// What is locked: a contact or a row, by its key.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(super) enum Name {
-    Touch([usize; 2], usize),
+    Touch(u32),
     Row(u32),
-}
-
-impl Name {
-    /// The name of a contact of an island.
-    pub(super) fn of_touch(scene: &Scene<'_>, island: &Island, number: usize) -> Self {
-        let geoms = |place: usize| scene.touches[place].face.geoms;
-        let own = geoms(island.touches[number]);
-        let before = &island.touches[..number];
-        Self::Touch(own, before.iter().filter(|&&place| geoms(place) == own).count())
-    }
 }
 
 /// What is locked, and for how many steps.
@@ -38,11 +27,7 @@ impl Locks {
         self.0.insert(name, ASK_AGAIN);
     }
 
-    pub(super) fn holds_touch(&self, scene: &Scene<'_>, island: &Island, number: usize) -> bool {
-        !self.0.is_empty() && self.0.contains_key(&Name::of_touch(scene, island, number))
-    }
-
-    pub(super) fn holds_row(&self, key: u32) -> bool {
-        self.0.contains_key(&Name::Row(key))
+    pub(super) fn hold(&self, name: Name) -> bool {
+        self.0.contains_key(&name)
     }
 }

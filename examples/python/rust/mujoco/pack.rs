@@ -91,8 +91,7 @@ impl Pack {
         self.shaped.extend_from_slice(&friction[..dim - 1]);
         self.shaped.resize(contact * (self.dim - 1), 0.0);
         self.is_shaped |= touch.dim > 1 && touch.friction[0].to_bits() != touch.friction[1].to_bits();
-        let [first, second] = touch.face.geoms.map(|geom| u32::try_from(geom).unwrap_or(u32::MAX));
-        self.keys.push(first << 16 ^ second);
+        self.keys.push(touch.key);
     }
 
     /// Adds a row.

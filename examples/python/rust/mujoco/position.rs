@@ -9,7 +9,7 @@ use super::asked::{Asked, Moving, is_needed};
 use super::engines::{Engines, Pass};
 use super::facts::has_lever;
 use super::islands::Island;
-use super::locks::Locks;
+use super::locks::{Locks, Name};
 use super::pack::Pack;
 use super::settle::Settler;
 use super::touch::Touch;
@@ -61,12 +61,12 @@ impl PositionPass {
                 return false;
             }
             // What presses in a jam is no measure of friction.
-            let is_deep = |(number, touch): (usize, &Touch)| {
+            let is_deep = |touch: &Touch| {
                 touch.gap < -DEEP * moving.scale.length
                     && has_lever(touch.response, touch.mobility)
-                    && !self.locks.holds_touch(scene, island, number)
+                    && !self.locks.hold(Name::Touch(touch.key))
             };
-            let may_press = moving.holds_in(island) && !scene.touches(island).enumerate().any(is_deep);
+            let may_press = moving.holds_in(island) && !scene.touches(island).any(is_deep);
             let mut find = |is_pressed: bool| {
                 self.asked.list(scene, island, moving, &self.locks, is_pressed);
                 self.settle(scene, island, correction)
@@ -75,7 +75,7 @@ impl PositionPass {
             let is_pressed = may_press && find(true);
             let is_found = is_pressed || find(false);
             let locks = &mut self.locks;
-            let is_refused = !is_driven && self.asked.lock(scene, island, moving, correction, locks);
+            let is_refused = !is_driven && self.asked.lock(scene, moving, correction, locks);
             if is_found && !is_refused {
                 return is_pressed;
             }

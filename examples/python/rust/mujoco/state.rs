@@ -27,6 +27,11 @@ impl Reader<'_> {
         Some(numbers)
     }
 
+    /// A key, or a number of steps.
+    pub(super) fn small(&mut self) -> Option<u32> {
+        u32::try_from(self.word()?).ok()
+    }
+
     /// A count, or the place of something.
     pub(super) fn count(&mut self) -> Option<usize> {
         usize::try_from(self.word()?).ok()
@@ -89,8 +94,10 @@ pub(super) fn write(stepper: &mut Stepper) -> Vec<u64> {
         out.word(steps.into());
     }
     write_locks(&stepper.position_pass.locks, &mut out);
+    out.word(stepper.next_key.into());
     out.count(stepper.live.len());
-    for Live { face: Face { geoms, normal }, places, crept } in &stepper.live {
+    for Live { key, face: Face { geoms, normal }, places, crept, bears } in &stepper.live {
+        out.words([*key, (*bears).into()].map(u64::from));
         out.words(geoms.map(|geom| geom as u64));
         out.numbers([normal, &places[0], &places[1], crept].into_iter().flatten());
     }
@@ -107,20 +114,21 @@ pub(super) fn read(stepper: &mut Stepper, place: usize, words: &[u64]) -> Option
     let follower = stepper.follower.read(&stepper.model, place, &mut words)?;
     let mut blocked = HashMap::new();
     for _ in 0..words.count()? {
-        blocked.insert(words.count()?, u32::try_from(words.word()?).ok()?);
+        blocked.insert(words.count()?, words.small()?);
     }
     let locks = read_locks(&mut words)?;
-    let mut live = Vec::new();
+    let (next_key, mut live) = (words.small()?, Vec::new());
     let geoms = stepper.model.sizes.geoms;
     for _ in 0..words.count()? {
-        let own = [words.count()?, words.count()?];
+        let (key, bears, own) = (words.small()?, words.small()? != 0, [words.count()?, words.count()?]);
         own.iter().all(|&geom| geom < geoms).then_some(())?;
         let (normal, places) = (words.vector()?, [words.vector()?, words.vector()?]);
-        live.push(Live { face: Face { geoms: own, normal }, places, crept: words.vector()? });
+        live.push(Live { key, face: Face { geoms: own, normal }, places, crept: words.vector()?, bears });
     }
     let engines = Engines::read(&mut words)?;
     words.0.is_empty().then_some(())?;
-    (stepper.follower, stepper.live, stepper.engines) = (follower, live, engines);
+    (stepper.follower, stepper.next_key, stepper.live) = (follower, next_key, live);
+    stepper.engines = engines;
     (stepper.velocity_pass.blocked, stepper.position_pass.locks) = (blocked, locks);
     Some(())
 }
@@ -131,20 +139,19 @@ fn write_locks(Locks(locks): &Locks, out: &mut Writer) {
     out.count(locks.len());
     for (&name, &steps) in locks {
         let words = match name {
-            Name::Touch([one, other], number) => [0, one as u64, other as u64, number as u64],
-            Name::Row(key) => [1, key.into(), 0, 0],
+            Name::Touch(key) => [0, key],
+            Name::Row(key) => [1, key],
         };
-        out.words(words);
-        out.word(steps.into());
+        out.words(words.into_iter().chain([steps]).map(u64::from));
     }
 }
 
 fn read_locks(words: &mut Reader<'_>) -> Option<Locks> {
     let mut locks = HashMap::new();
     for _ in 0..words.count()? {
-        let (kind, [a, b, c]) = (words.word()?, [words.count()?, words.count()?, words.count()?]);
-        let name = if kind == 0 { Name::Touch([a, b], c) } else { Name::Row(u32::try_from(a).ok()?) };
-        locks.insert(name, u32::try_from(words.word()?).ok()?);
+        let (kind, key) = (words.word()?, words.small()?);
+        let name = if kind == 0 { Name::Touch(key) } else { Name::Row(key) };
+        locks.insert(name, words.small()?);
     }
     Some(Locks(locks))
 }

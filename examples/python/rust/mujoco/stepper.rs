@@ -5,17 +5,17 @@ use super::creep::{self, Creeps};
 use super::crowd::thin;
 use super::end::{self, Lookout, Seen, There};
 use super::engines::Engines;
-use super::facts::{Facts, SLOP, speed_scale};
+use super::facts::{CLOSED, Facts, speed_scale};
 use super::ffi::{Data, HFIELD, Model, OwnedContact};
 use super::inertia::Inertia;
 use super::islands::islands;
 use super::outside::Follower;
 use super::position::PositionPass;
 use super::rows::{self, Row};
-use super::touch::{Around, Face, Live, NEAR, Touch, largest};
+use super::touch::{Around, Face, Known, Live, NEAR, Taken, Touch, largest};
 use super::velocity::{Ends, Motion, Scene, VelocityPass};
 use nalgebra::Vector3;
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use stiction::Settings;
 
 /// Lengths over the model's own: contacts are listed up to this gap; contacts of the last step are listed up to this gap; a position
@@ -25,14 +25,12 @@ const KEPT: f64 = 1e-3;
 const WRITTEN: f64 = 1e-6;
 /// What is slower bears as if it stood, over the speed of a fall by the model's length.
 const STILL: f64 = 1e-9;
-/// What is open by less as a step ends may share a load, over the model's length.
-const TOUCHING: f64 = 1e-7;
 /// A limit is passed from here on (m or rad; over the model's length if that is more than 1 m).
 const PASSED: f64 = 1e-12;
-/// What rests does so at this depth, over the model's length, so that MuJoCo sees the contact as well (`mj_forward`); or up to so much
-/// higher, or corners of a face would be open by rounding.
+/// What rests does so at this depth, over the model's length, so that MuJoCo sees the contact as well (`mj_forward`).
 const DEPTH: f64 = 3e-9;
-const CLOSED: f64 = 1e-9;
+/// What has not borne yet is closed up to this gap, over the model's length: it comes to rest where MuJoCo sees it.
+const REACHED: f64 = 1e-9;
 /// How often a step is solved again with what was found at its end, and how often contacts found are then taken anew.
 const ROUNDS: usize = 12;
 const ANEW: usize = 4;
@@ -83,9 +81,11 @@ pub(super) struct Stepper {
     pub(super) velocity_pass: VelocityPass,
     pub(super) position_pass: PositionPass,
     /// Contacts that take part, by their places in MuJoCo's list.
-    taken: HashSet<usize>,
+    taken: HashMap<usize, Taken>,
     /// The contacts of the last step.
     pub(super) live: Vec<Live>,
+    /// The key of the next contact that is new.
+    pub(super) next_key: u32,
     /// What each contact of MuJoCo's list does; -1 of one that took no part.
     pub(super) modes: Vec<i8>,
 }
@@ -101,8 +101,9 @@ impl Stepper {
             engines: Engines::default(),
             velocity_pass: VelocityPass::default(),
             position_pass: PositionPass::default(),
-            taken: HashSet::new(),
+            taken: HashMap::new(),
             live: Vec::new(),
+            next_key: 0,
             modes: Vec::new(),
             model,
         }
@@ -115,6 +116,7 @@ impl Stepper {
         self.position_pass.reset();
         self.follower.reset();
         self.live.clear();
+        self.next_key = 0;
     }
 
     fn scale(&self) -> Scale {
@@ -143,36 +145,45 @@ impl Stepper {
         self.model.grow_margins(contacts, [2.0 * h * turn, 2.0 * h * (tendon + speed)]);
     }
 
-    /// Takes what overlaps, and contacts of the last step, also those that have opened a little since.
+    /// Takes what overlaps, and contacts of the last step, also those that have opened a little since; these keep their keys.
     fn take(&mut self, data: &mut Data) {
-        self.taken.clear();
+        let live = std::mem::take(&mut self.live);
         let lookout = lookout(&self.model, &self.facts);
+        let mut known = Known::new(&live, data, NEAR * lookout.length);
         let mut taken = Vec::new();
-        let near = NEAR * lookout.length;
-        let mut found = vec![false; self.live.len()];
         for (index, contact) in data.contacts().enumerate() {
             if contact.is_excluded() || lookout.is_ghost(data, contact) {
                 continue;
             }
-            let (face, mut is_live) = (Face::of(contact), false);
-            for (live, found) in self.live.iter().zip(&mut found) {
-                if live.face.is(&face) {
-                    is_live = true;
-                    *found = *found || live.is_near(data, contact.place(), near);
-                }
-            }
-            if is_live || contact.gap(lookout.grown) < -lookout.slop {
+            // Suction holds what touches without a load.
+            let most = if self.facts.has_suction { lookout.slop } else { -lookout.slop };
+            if known.look(index, contact) || contact.gap(lookout.grown) < most {
                 taken.push(index);
             }
         }
-        self.taken.extend(taken);
-        if found.contains(&false) {
-            self.keep(data);
+        if known.lacks_any() {
+            self.keep(data, &mut known, &mut taken);
         }
+        let pairs = known.pairs();
+        self.taken.clear();
+        for index in taken {
+            match pairs.get(&index) {
+                Some(&&Live { key, bears: bore, .. }) => {
+                    self.taken.insert(index, Taken { key, bore });
+                }
+                None => self.take_new(index),
+            }
+        }
+        self.live = live;
+    }
+
+    fn take_new(&mut self, index: usize) {
+        self.taken.insert(index, Taken { key: self.next_key, bore: false });
+        self.next_key = self.next_key.wrapping_add(1);
     }
 
     /// Lists contacts of the last step that have opened by less than a thousandth of the model's length.
-    fn keep(&mut self, data: &mut Data) {
+    fn keep(&mut self, data: &mut Data, known: &mut Known<'_>, taken: &mut Vec<usize>) {
         let length = self.model.size();
         let (band, kept) = (BAND * length, KEPT * length);
         self.grow_margins(data, band + kept);
@@ -181,17 +192,15 @@ impl Stepper {
         scratch.kinematics(&self.model);
         scratch.collision(&self.model);
         self.grow_margins(data, band);
-        let model = &self.model;
-        let mut has_more = false;
+        let (model, listed) = (&self.model, taken.len());
         for contact in self.scratch.contacts() {
             let face = Face::of(contact);
             let is_field = |&geom: &usize| model.geom_type()[geom] == HFIELD;
-            let is_live = self.live.iter().any(|live| live.face.is(&face));
-            if contact.is_excluded() || face.geoms.iter().any(is_field) || !is_live {
+            if contact.is_excluded() || face.geoms.iter().any(is_field) || !known.has(&face) {
                 continue;
             }
             let place = Vector3::from(contact.place());
-            let is_there = self.taken.iter().any(|&index| {
+            let is_there = taken.iter().any(|&index| {
                 let other = data.contact(index);
                 let distance = (Vector3::from(other.place()) - place).norm();
                 Face::of(other).is(&face) && distance < NEAR * length
@@ -203,10 +212,10 @@ impl Stepper {
             let Some(index) = data.add_contact(model, &own) else {
                 break;
             };
-            self.taken.insert(index);
-            has_more = true;
+            known.look(index, data.contact(index));
+            taken.push(index);
         }
-        if has_more {
+        if taken.len() > listed {
             data.make_constraint(&self.model);
         }
     }
@@ -225,22 +234,26 @@ impl Stepper {
         data: &mut Data,
         settings: &Settings<f64>,
     ) -> Result<Report, &'static str> {
-        data.actuation(&self.model);
-        data.acceleration(&self.model);
-        self.inertia.update(&self.model, data)?;
         let h = self.model.step();
-        let rates = rows::equality_rates(&self.model, data, &mut self.scratch, &self.follower.now);
         let (mut found, mut round) = (Found::default(), 0);
+        self.push(data, &found)?;
+        let rates = rows::equality_rates(&self.model, data, &mut self.scratch, &self.follower.now);
         let trial = loop {
             let trial = self.attempt(data, &rates, &mut found, settings, round == 0);
             round += 1;
             if round > ROUNDS || !self.finds_more(data, &trial, &mut found, round <= ANEW) {
                 break trial;
             }
+            if self.facts.has_suction {
+                self.push(data, &found)?;
+            }
         };
         let Trial { touches, rows, motion, creeps, correction, ends, is_crowded } = trial;
         self.write(data, &touches, &rows, &motion);
-        let left = |(place, touch)| Live::of(touch, data, creeps.left(data, touch, &motion, place));
+        let left = |(place, touch): (usize, &Touch)| {
+            let bears = motion.impulses[place][0] > 0.0;
+            Live::of(touch, data, creeps.left(data, touch, &motion, place), bears)
+        };
         self.live.clear();
         self.live.extend(touches.iter().enumerate().map(left));
         data.sensor_acc(&self.model);
@@ -251,6 +264,19 @@ impl Stepper {
         }
         self.follower.keep(data);
         Ok(Report { ends, is_crowded, is_blind: found.is_blind })
+    }
+
+    /// Computes all forces but those of constraints. Suction is spread over the contacts that take part, as far as they are closed.
+    fn push(&mut self, data: &mut Data, found: &Found) -> Result<(), &'static str> {
+        if self.facts.has_suction {
+            let most = CLOSED * self.model.size();
+            let is_closed = |&index: &usize| gap(&self.model, data, found, index) < most;
+            let closed: HashSet<_> = self.taken.keys().copied().filter(is_closed).collect();
+            data.transmission(&self.model, |index| closed.contains(&index));
+        }
+        data.actuation(&self.model);
+        data.acceleration(&self.model);
+        self.inertia.update(&self.model, data)
     }
 
     /// Solves the step with what has been found.
@@ -279,7 +305,6 @@ impl Stepper {
             h,
             reach: h * scale.speed,
             still: STILL * scale.speed,
-            touching: TOUCHING * scale.length / h,
         };
         let mut motion = Motion {
             velocity: self.inertia.velocity.clone(),
@@ -336,9 +361,7 @@ impl Stepper {
         let mut has_more = false;
         for seen in seen {
             match seen {
-                Seen::Listed(index) => {
-                    self.taken.insert(index);
-                }
+                Seen::Listed(index) => self.take_new(index),
                 Seen::Deeper(index, by) => *found.curves.entry(index).or_insert(0.0) += by,
                 Seen::Again(index, contact, there) => {
                     data.replace_contact(index, &contact);
@@ -348,7 +371,7 @@ impl Stepper {
                     let Some(index) = data.add_contact(&self.model, &contact) else {
                         break;
                     };
-                    self.taken.insert(index);
+                    self.take_new(index);
                     found.contacts.insert(index, there);
                     has_more = true;
                 }
@@ -397,7 +420,7 @@ impl Stepper {
 
 fn lookout<'a>(model: &'a Model, facts: &'a Facts) -> Lookout<'a> {
     let length = model.size();
-    Lookout { model, facts, grown: BAND * length, slop: SLOP * length, length }
+    Lookout { model, facts, grown: BAND * length, slop: CLOSED * length, length }
 }
 
 /// Are these velocities those of the round before? Then nothing else will be seen.
@@ -406,26 +429,33 @@ fn is_same(now: &[f64], before: &[f64]) -> bool {
     !before.is_empty() && now.iter().zip(before).all(|(now, before)| (now - before).abs() <= most)
 }
 
+/// The gap of a contact as the step begins (m).
+fn gap(model: &Model, data: &Data, found: &Found, index: usize) -> f64 {
+    let length = model.size();
+    let measured = match found.contacts.get(&index) {
+        Some(there) => there.gap_before(model.step()),
+        None => data.contact(index).gap(BAND * length) - found.curves.get(&index).copied().unwrap_or(0.0),
+    };
+    measured + DEPTH * length
+}
+
 /// Contacts that take part, as they are now.
-fn listed(around: &Around<'_>, taken: &HashSet<usize>, found: &Found) -> Vec<Touch> {
-    let (h, length) = (around.model.step(), around.model.size());
-    let (grown, depth) = (BAND * length, DEPTH * length);
-    let contacts = 0..around.data.contacts().len();
+fn listed(around: &Around<'_>, taken: &HashMap<usize, Taken>, found: &Found) -> Vec<Touch> {
     let mut scratch = Vec::new();
     let touch = |index: usize| {
-        if let Some(there) = found.contacts.get(&index) {
-            let mut touch =
-                Touch::new(around, index, there.gap_before(h) + depth, Some(&there.rows), &mut scratch)?;
-            (touch.is_new, touch.curve) = (true, (-touch.gap).max(0.0));
-            Some(touch)
-        } else {
-            let curve = found.curves.get(&index).copied().unwrap_or(0.0);
-            let gap = around.data.contact(index).gap(grown) + depth - curve;
-            let gap = if gap < CLOSED * length { gap.min(0.0) } else { gap };
-            let mut touch = Touch::new(around, index, gap, None, &mut scratch)?;
-            touch.curve = curve;
-            Some(touch)
-        }
+        let (Taken { key, bore }, there) = (*taken.get(&index)?, found.contacts.get(&index));
+        let gap = gap(around.model, around.data, found, index);
+        // What is closed has no gap, or its corners would be open by residuals of solves, or by rounding.
+        let closed = if bore { CLOSED } else { REACHED };
+        let gap = if gap < closed * around.model.size() { gap.min(0.0) } else { gap };
+        let rows = there.map(|there| &there.rows[..]);
+        let mut touch = Touch::new(around, index, (key, gap), rows, &mut scratch)?;
+        touch.is_new = there.is_some();
+        touch.curve = match found.curves.get(&index) {
+            _ if touch.is_new => (-gap).max(0.0),
+            curve => curve.copied().unwrap_or(0.0),
+        };
+        Some(touch)
     };
-    contacts.filter(|index| taken.contains(index)).filter_map(touch).collect()
+    (0..around.data.contacts().len()).filter_map(touch).collect()
 }

@@ -5,6 +5,7 @@ use super::ffi::{ContactRef, Data, Model};
 use super::inertia::Inertia;
 use super::outside::{Follower, Outside};
 use nalgebra::{Matrix3, Vector3};
+use std::collections::HashMap;
 
 /// What contacts and rows are made from.
 pub(super) struct Around<'a> {
@@ -21,6 +22,8 @@ pub(super) struct Touch {
     /// Its place in MuJoCo's list, and its first constraint.
     pub(super) index: usize,
     pub(super) address: usize,
+    /// The same in every step in which it is at its place on its geoms.
+    pub(super) key: u32,
     pub(super) dim: usize,
     pub(super) face: Face,
     pub(super) place: Vector3<f64>,
@@ -66,35 +69,99 @@ impl Face {
 /// Contacts of a face as near as this are one, over the model's length.
 pub(super) const NEAR: f64 = 1e-2;
 
-/// A contact of the last step: its face, where it is on its geoms, and how far it has crept along it (m).
+/// A contact that takes part: its key, and whether it has borne in the last step.
+#[derive(Clone, Copy)]
+pub(super) struct Taken {
+    pub(super) key: u32,
+    pub(super) bore: bool,
+}
+
+/// A contact of the last step: its key, its face, where it is on its geoms, how far it has crept along it (m), and whether it bears.
 pub(super) struct Live {
+    pub(super) key: u32,
     pub(super) face: Face,
     pub(super) places: [Vector3<f64>; 2],
     pub(super) crept: Vector3<f64>,
+    pub(super) bears: bool,
 }
 
 impl Live {
-    pub(super) fn of(touch: &Touch, data: &Data, crept: Vector3<f64>) -> Self {
+    pub(super) fn of(touch: &Touch, data: &Data, crept: Vector3<f64>, bears: bool) -> Self {
         let on = |geom: usize| {
             let (frame, centre) = pose(data, geom);
             frame.transpose() * (touch.place - centre)
         };
-        Self { face: touch.face, places: touch.face.geoms.map(on), crept }
+        Self { key: touch.key, face: touch.face, places: touch.face.geoms.map(on), crept, bears }
     }
 
-    /// Is it this contact?
-    pub(super) fn is(&self, touch: &Touch, data: &Data, near: f64) -> bool {
-        self.face.is(&touch.face) && self.is_near(data, touch.place.into(), near)
-    }
-
-    /// Is a place near the one that has come along with a geom?
-    pub(super) fn is_near(&self, data: &Data, place: [f64; 3], near: f64) -> bool {
-        let place = Vector3::from(place);
-        self.face.geoms.iter().zip(&self.places).any(|(&geom, own)| {
-            let (frame, centre) = pose(data, geom);
-            (centre + frame * own - place).norm() < near
+    /// Where it is now if it has come along with its one geom, or with the other.
+    pub(super) fn places_now(&self, data: &Data) -> [Vector3<f64>; 2] {
+        std::array::from_fn(|i| {
+            let (frame, centre) = pose(data, self.face.geoms[i]);
+            centre + frame * self.places[i]
         })
     }
+}
+
+/// Contacts of the last step, and how far those that are listed now are from them.
+pub(super) struct Known<'a> {
+    live: &'a [Live],
+    /// Where they are now.
+    places: Vec<[Vector3<f64>; 2]>,
+    near: f64,
+    /// Distances (m), places in MuJoCo's list, and numbers of contacts of the last step.
+    pairs: Vec<(f64, usize, usize)>,
+}
+
+impl<'a> Known<'a> {
+    /// What is as `near` as this (m) may be the same.
+    pub(super) fn new(live: &'a [Live], data: &Data, near: f64) -> Self {
+        let places = live.iter().map(|live| live.places_now(data)).collect();
+        Self { live, places, near, pairs: Vec::new() }
+    }
+
+    /// Is a face one of the last step?
+    pub(super) fn has(&self, face: &Face) -> bool {
+        self.live.iter().any(|live| live.face.is(face))
+    }
+
+    /// Looks at a contact of MuJoCo's list, and says whether its face is one of the last step.
+    pub(super) fn look(&mut self, index: usize, contact: ContactRef<'_>) -> bool {
+        let (face, place, mut has) = (Face::of(contact), Vector3::from(contact.place()), false);
+        for (number, (_, places)) in
+            self.live.iter().zip(&self.places).enumerate().filter(|(_, (live, _))| live.face.is(&face))
+        {
+            has = true;
+            let distance = places.iter().map(|own| (own - place).norm()).fold(f64::INFINITY, f64::min);
+            if distance < self.near {
+                self.pairs.push((distance, index, number));
+            }
+        }
+        has
+    }
+
+    /// Is there one with nothing near it?
+    pub(super) fn lacks_any(&self) -> bool {
+        (0..self.live.len()).any(|number| self.pairs.iter().all(|pair| pair.2 != number))
+    }
+
+    /// Contacts that are those of the last step, by their places in MuJoCo's list.
+    pub(super) fn pairs(self) -> HashMap<usize, &'a Live> {
+        let pairs = nearest_first(self.pairs).into_iter();
+        pairs.map(|(index, number)| (index, &self.live[number])).collect()
+    }
+}
+
+/// Pairs what is nearest to each other first, each only once; of distances and what they are between.
+pub(super) fn nearest_first(mut pairs: Vec<(f64, usize, usize)>) -> Vec<(usize, usize)> {
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut taken: Vec<(usize, usize)> = Vec::new();
+    for (_, one, other) in pairs {
+        if taken.iter().all(|pair| pair.0 != one && pair.1 != other) {
+            taken.push((one, other));
+        }
+    }
+    taken
 }
 
 /// The rotation of a geom, and its centre.
@@ -107,7 +174,7 @@ impl Touch {
     pub(super) fn new(
         around: &Around<'_>,
         index: usize,
-        gap: f64,
+        (key, gap): (u32, f64),
         rows: Option<&[f64]>,
         scratch: &mut Vec<f64>,
     ) -> Option<Self> {
@@ -146,6 +213,7 @@ impl Touch {
         Some(Self {
             index,
             address,
+            key,
             dim,
             place: place.into(),
             face: Face::of(contact),

@@ -97,8 +97,6 @@ pub(super) struct Scene<'a> {
     pub(super) reach: f64,
     /// A contact that opens or slips no faster bears as one that sticks (m/s): positions are rounded.
     pub(super) still: f64,
-    /// A contact that opens no faster may share a load: a face is flat but for what the tolerance adds up to (m/s).
-    pub(super) touching: f64,
 }
 
 impl<'a> Scene<'a> {
@@ -267,8 +265,7 @@ impl VelocityPass {
         let name = (island.dofs[0], Pass::Velocity);
         let mut answer = std::mem::take(&mut self.spare);
         let shares = softness == Softness::Rigid && !self.keeps_impulses;
-        let (still, touching) = (scene.still, scene.touching);
-        let least = shares.then(|| Least { still, touching, dofs: sharing_dofs(scene, island) });
+        let least = shares.then(|| Least { still: scene.still, dofs: sharing_dofs(scene, island) });
         let outcome = engines.solve(name, &self.pack.problem(), settings, (false, least), &mut answer)?;
         self.pack.expand(scene.inertia, &mut answer);
         Some((outcome, answer))

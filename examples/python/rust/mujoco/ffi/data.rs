@@ -64,6 +64,9 @@ arrays! {
     efc_j, efc_j_mut: f64, |own: &Self| own.constraints() * own.sizes.velocities;
 }
 
+/// `exclude` of a contact that moves nothing.
+const LEFT_OUT: i32 = 3;
+
 /// A contact of MuJoCo's list.
 #[derive(Clone, Copy)]
 pub(in super::super) struct ContactRef<'a> {
@@ -247,6 +250,34 @@ impl Data {
         }
     }
 
+    /// Computes how actuators push again. Those that pull at what their body touches do so at the contacts that `bear`, by their places.
+    pub(in super::super) fn transmission(&mut self, model: &Model, bear: impl Fn(usize) -> bool) {
+        let exclude = self.library.layout.contact.exclude;
+        let others: Vec<_> = (0..self.contacts().len())
+            .filter(|&index| !self.contact(index).is_excluded() && !bear(index))
+            .map(|index| self.contact(index).at.cast_mut())
+            .collect();
+        // SAFETY: as in `contact`; model and data belong to each other.
+        unsafe {
+            let mark =
+                |mark: i32| others.iter().for_each(|at| at.add(exclude).cast::<i32>().write_unaligned(mark));
+            mark(LEFT_OUT);
+            (self.library.functions.transmission)(model.address(), self.at);
+            mark(0);
+        }
+    }
+
+    /// Sensors of accelerations and forces, by those of this step: MuJoCo keeps the accelerations of bodies until it is told that they are old.
+    pub(in super::super) fn sensor_acc(&mut self, model: &Model) {
+        // SAFETY: MuJoCo's header gives the type; model and data belong to each other.
+        unsafe {
+            if let Some(flag) = self.library.layout.data.flg_rnepost {
+                self.at.add(flag).write(0);
+            }
+            (self.library.functions.sensor_acc)(model.address(), self.at);
+        }
+    }
+
     /// Writes a contact in place of one of the list; its constraints stay where they are.
     pub(in super::super) fn replace_contact(&mut self, index: usize, other: &OwnedContact) {
         let layout = &self.library.layout.contact;
@@ -352,7 +383,6 @@ stages! {
     com_pos;
     collision;
     make_constraint;
-    sensor_acc;
     /// Starts anew from what is not finite, or huge.
     check_acceleration;
     /// Velocities by `qacc`, positions by the new velocities.

@@ -10,7 +10,7 @@ mod model;
 
 pub(super) use data::{ContactRef, Data, OwnedContact};
 use failure::Handlers;
-pub(super) use layout::{BALL, BOX, CONNECT, EULER, FREE, HFIELD, MESH, PLANE, SITE, SLIDE, WELD};
+pub(super) use layout::{BALL, BODY, BOX, CONNECT, EULER, FREE, HFIELD, MESH, PLANE, SITE, SLIDE, WELD};
 use layout::{DENSE, ELLIPTIC, IMPLICITFAST, LAYOUTS, Layout};
 pub(super) use model::Model;
 use std::ffi::{CStr, c_char, c_int};
@@ -47,6 +47,7 @@ functions! {
     make_constraint as b"mj_makeConstraint": fn(Address, Address);
     check_acceleration as b"mj_checkAcc": fn(Address, Address);
     sensor_acc as b"mj_sensorAcc": fn(Address, Address);
+    transmission as b"mj_transmission": fn(Address, Address);
     euler as b"mj_Euler": fn(Address, Address);
     smooth_velocity as b"mjd_smooth_vel": fn(Address, Address, c_int);
     full_mass as b"mj_fullM": fn(Address, Address, Address);

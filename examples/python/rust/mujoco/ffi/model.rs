@@ -14,6 +14,7 @@ pub(in super::super) struct Sizes {
     pub(in super::super) mocaps: usize,
     pub(in super::super) equalities: usize,
     pub(in super::super) tendons: usize,
+    pub(in super::super) actuators: usize,
     pub(in super::super) controls: usize,
     pub(in super::super) readings: usize,
     pairs: usize,
@@ -72,6 +73,7 @@ arrays! {
     eq_obj1id: i32, equalities * 1;
     eq_obj2id: i32, equalities * 1;
     eq_objtype: i32, equalities * 1;
+    actuator_trntype: i32, actuators * 1;
     tendon_invweight0: f64, tendons * 1;
     jnt_margin: f64, joints * 1;
     tendon_margin: f64, tendons * 1;
@@ -103,6 +105,8 @@ impl Model {
             mocaps: size(layout.nmocap),
             equalities: size(layout.neq),
             tendons: size(layout.ntendon),
+            // Before 4.0 each has one control.
+            actuators: size(layout.nactuator.unwrap_or(layout.nu)),
             controls: size(layout.nu),
             readings: size(layout.nsensordata),
             pairs: size(layout.npair),
