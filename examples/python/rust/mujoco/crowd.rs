@@ -1,6 +1,7 @@
 //! Fewer contacts, where a pair of faces has more than hold it.
 
-use super::touch::Touch;
+use super::ffi::Data;
+use super::touch::{Face, Touch};
 use nalgebra::Vector3;
 use stiction_kernels::sizes;
 
@@ -64,18 +65,48 @@ fn thin_faces(island: &mut Vec<usize>, all: &[Touch], (apart, highest): (f64, f6
         for &i in &face {
             stays[i] = false;
         }
-        let by = |f: &dyn Fn(usize) -> f64| face.iter().copied().max_by(|&a, &b| f(a).total_cmp(&f(b)));
-        let across = if normal.x.abs() < 0.8 { Vector3::x() } else { Vector3::y() };
-        let one = normal.cross(&across).normalize();
-        let other = normal.cross(&one);
-        let outermost = (0..directions).filter_map(|i| {
-            let angle = 0.1 + f64::from(i) * std::f64::consts::TAU / f64::from(directions);
-            let direction = one * angle.cos() + other * angle.sin();
-            by(&|i| touches[i].place.dot(&direction))
-        });
-        let deepest = by(&|i| -touches[i].gap);
+        let deepest = face.iter().copied().max_by(|&a, &b| touches[b].gap.total_cmp(&touches[a].gap));
+        let outermost = outermost(normal, &face, |i| touches[i].place, directions);
         outermost.chain(deepest).for_each(|i| stays[i] = true);
     }
     let mut stays = stays.into_iter();
     island.retain(|_| stays.next().unwrap_or(true));
+}
+
+/// The contacts of a face that are farthest in so many directions.
+fn outermost(
+    normal: Vector3<f64>,
+    face: &[usize],
+    place: impl Fn(usize) -> Vector3<f64>,
+    directions: u32,
+) -> impl Iterator<Item = usize> {
+    let across = if normal.x.abs() < 0.8 { Vector3::x() } else { Vector3::y() };
+    let one = normal.cross(&across).normalize();
+    let other = normal.cross(&one);
+    (0..directions).filter_map(move |i| {
+        let angle = 0.1 + f64::from(i) * std::f64::consts::TAU / f64::from(directions);
+        let direction = one * angle.cos() + other * angle.sin();
+        let along = |i: usize| place(i).dot(&direction);
+        face.iter().copied().max_by(|&a, &b| along(a).total_cmp(&along(b)))
+    })
+}
+
+/// Of contacts of MuJoCo's list the corners of their faces, each once: what else is listed of a face changes from step to step.
+pub(super) fn corners(data: &Data, mut contacts: Vec<usize>, near: f64) -> Vec<usize> {
+    let place = |i: usize| Vector3::from(data.contact(i).place());
+    let mut corners: Vec<usize> = Vec::new();
+    while let Some(&first) = contacts.first() {
+        let own = Face::of(data.contact(first));
+        let is_other = |i: &usize| !Face::of(data.contact(*i)).is(&own);
+        let (others, face) = contacts.into_iter().partition(is_other);
+        let face: Vec<_> = face;
+        for corner in outermost(own.normal, &face, place, DIRECTIONS) {
+            let is_there = |&other: &usize| (place(other) - place(corner)).norm() < near;
+            if !corners.iter().any(|other| face.contains(other) && is_there(other)) {
+                corners.push(corner);
+            }
+        }
+        contacts = others;
+    }
+    corners
 }

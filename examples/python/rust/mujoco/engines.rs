@@ -1,6 +1,8 @@
 //! Kernels of the islands, each of the smallest compiled size that holds what it has seen.
 
+use super::creep::STICK;
 use super::state::{Reader, Writer};
+use super::touch::largest;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use stiction::{Settings, Status};
@@ -8,10 +10,14 @@ use stiction_kernels::engine::Engine;
 use stiction_kernels::problem::{Answer, Needs, Outcome, Problem};
 use stiction_kernels::sizes;
 
-/// A solution is refined to this share of the tolerance, as far as so much work does that: what sticks is then at rest but for rounding.
+/// A velocity is solved to this share of the tolerance, but not to less than the second number: what rests is then seen to rest, and
+/// residuals do not add up.
 const FINER: f64 = 1e-3;
+const FINE: f64 = 1e-9;
+/// For how much work a solution is refined in which what sticks moves nevertheless, and to which error at the least.
+const FEW: usize = 20;
 const FINEST: f64 = 1e-12;
-const FEW: usize = 8;
+const SHARE: f64 = 0.1;
 
 /// What an island's kernel is used for.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -20,13 +26,22 @@ pub(super) enum Pass {
     Position,
 }
 
-/// Asks for least impulses, where they may differ from those at which a solve ends.
-#[derive(Clone, Copy)]
-pub(super) struct Least {
-    /// A contact that opens or slips no faster bears as one that sticks (m/s).
+/// How a problem is to be solved.
+pub(super) struct Ask {
+    /// Not from where the last solve ended?
+    pub(super) cold: bool,
+    /// What sticks moves no faster (m/s), as far as a little work can bring that about: the error counts a velocity by the lighter mass of a
+    /// contact. A contact that opens or slips no faster bears as one that sticks.
     pub(super) still: f64,
-    /// With at least as many unknown impulses, but for two, some may be internal.
-    pub(super) dofs: usize,
+    /// Asks for least impulses, where they may differ from those at which a solve ends: with at least as many unknown impulses as so many
+    /// velocities, but for two, some may be internal.
+    pub(super) least: Option<usize>,
+}
+
+/// How fast a contact moves that sticks, at most (m/s).
+fn slip(answer: &Answer<f64>, dim: usize) -> f64 {
+    let contacts = answer.u.chunks_exact(dim).zip(&answer.modes).filter(|&(_, &mode)| mode == STICK);
+    contacts.fold(0.0, |most, (u, _)| f64::max(most, largest(&u[..dim.min(3)])))
 }
 
 /// Rows of contacts that push and joint rows that hold: their impulses are unknown.
@@ -47,14 +62,13 @@ struct Slot {
 pub(super) struct Engines(HashMap<(usize, Pass), Slot>);
 
 impl Engines {
-    /// Solves a problem from where the island's last solve ended, or `cold`. `least` asks for the least impulses. `None` if no compiled size holds it, or its numbers are
-    /// out of range.
+    /// Solves a problem from where the island's last solve ended. `None` if no compiled size holds it, or its numbers are out of range.
     pub(super) fn solve(
         &mut self,
         (island, pass): (usize, Pass),
         problem: &Problem<'_, f64>,
         settings: &Settings<f64>,
-        (cold, least): (bool, Option<Least>),
+        Ask { cold, still, least }: Ask,
         answer: &mut Answer<f64>,
     ) -> Option<Outcome> {
         let now = problem.needs();
@@ -85,11 +99,21 @@ impl Engines {
             slot.engine.reset();
         }
         slot.engine.load(problem).ok()?;
-        let mut outcome = slot.engine.solve(settings, false).ok()?;
+        let tolerance = if pass == Pass::Velocity {
+            (FINER * settings.tolerance).max(FINE.min(settings.tolerance))
+        } else {
+            settings.tolerance
+        };
+        let mut outcome = slot.engine.solve(&Settings { tolerance, ..*settings }, false).ok()?;
+        if matches!(outcome.status, Status::OutOfBudget | Status::PrecisionLimit)
+            && outcome.error <= settings.tolerance
+        {
+            outcome.status = Status::Solved;
+        }
         let sizes = [problem.n, problem.contacts(), problem.dim, problem.rows.lower.len()];
         slot.engine.read(&mut answer.out(sizes));
-        let tolerance = (FINER * settings.tolerance).max(FINEST);
-        if outcome.status == Status::Solved && outcome.error > tolerance && pass == Pass::Velocity {
+        let tolerance = (outcome.error * SHARE * still / slip(answer, problem.dim)).max(FINEST);
+        if outcome.status == Status::Solved && outcome.error > tolerance {
             let finer = slot.engine.solve(&Settings { tolerance, budget: FEW, ..*settings }, false).ok()?;
             outcome.add(&finer.work);
             if finer.error <= settings.tolerance {
@@ -97,7 +121,7 @@ impl Engines {
                 outcome.error = finer.error;
             }
         }
-        if let Some(Least { still, dofs }) = least
+        if let Some(dofs) = least
             && outcome.status == Status::Solved
             && unknowns(answer, problem.dim) + 3 > dofs
         {

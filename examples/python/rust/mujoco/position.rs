@@ -6,7 +6,7 @@
 //! pass has all, and what slips has none. Else it begins from nothing. Positions then move by `h (v + z)`.
 
 use super::asked::{Asked, Moving, is_needed};
-use super::engines::{Engines, Pass};
+use super::engines::{Ask, Engines, Pass};
 use super::facts::has_lever;
 use super::islands::Island;
 use super::locks::{Locks, Name};
@@ -143,8 +143,8 @@ impl PositionPass {
             let settings = Settings { budget: BUDGET, model, ..Settings::new(tolerance(*is_pressed)) };
             let name = (island.dofs[0], Pass::Position);
             let problem = self.pack.problem();
-            let cold = is_first && !is_pressed;
-            let outcome = engines.solve(name, &problem, &settings, (cold, None), &mut self.answer);
+            let ask = Ask { cold: is_first && !is_pressed, still: f64::INFINITY, least: None };
+            let outcome = engines.solve(name, &problem, &settings, ask, &mut self.answer);
             if outcome.is_some_and(|outcome| outcome.error <= USABLE * tolerance(*is_pressed))
                 && self.answer.v.iter().all(|z| z.is_finite())
             {

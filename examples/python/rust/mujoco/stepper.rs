@@ -2,7 +2,7 @@
 
 use super::asked::{Moving, Scale};
 use super::creep::{self, Creeps};
-use super::crowd::thin;
+use super::crowd::{corners, thin};
 use super::end::{self, Lookout, Seen, There};
 use super::engines::Engines;
 use super::facts::{CLOSED, Facts, speed_scale};
@@ -266,13 +266,16 @@ impl Stepper {
         Ok(Report { ends, is_crowded, is_blind: found.is_blind })
     }
 
-    /// Computes all forces but those of constraints. Suction is spread over the contacts that take part, as far as they are closed.
+    /// Computes all forces but those of constraints. Suction is spread over the corners of what is closed.
     fn push(&mut self, data: &mut Data, found: &Found) -> Result<(), &'static str> {
         if self.facts.has_suction {
-            let most = CLOSED * self.model.size();
-            let is_closed = |&index: &usize| gap(&self.model, data, found, index) < most;
-            let closed: HashSet<_> = self.taken.keys().copied().filter(is_closed).collect();
-            data.transmission(&self.model, |index| closed.contains(&index));
+            let length = self.model.size();
+            let is_closed = |&index: &usize| {
+                self.taken.contains_key(&index) && gap(&self.model, data, found, index) < CLOSED * length
+            };
+            let closed = (0..data.contacts().len()).filter(is_closed).collect();
+            let corners = corners(data, closed, BAND * length);
+            data.transmission(&self.model, |index| corners.contains(&index));
         }
         data.actuation(&self.model);
         data.acceleration(&self.model);

@@ -3,7 +3,7 @@
 //! Overlaps ask for no speed here, so without motion from outside standing still is allowed: nothing contradicts, and no overlap
 //! becomes momentum.
 
-use super::engines::{Engines, Least, Pass};
+use super::engines::{Ask, Engines, Pass};
 use super::inertia::Inertia;
 use super::islands::Island;
 use super::pack::Pack;
@@ -265,8 +265,9 @@ impl VelocityPass {
         let name = (island.dofs[0], Pass::Velocity);
         let mut answer = std::mem::take(&mut self.spare);
         let shares = softness == Softness::Rigid && !self.keeps_impulses;
-        let least = shares.then(|| Least { still: scene.still, dofs: sharing_dofs(scene, island) });
-        let outcome = engines.solve(name, &self.pack.problem(), settings, (false, least), &mut answer)?;
+        let least = shares.then(|| sharing_dofs(scene, island));
+        let ask = Ask { cold: false, still: scene.still, least };
+        let outcome = engines.solve(name, &self.pack.problem(), settings, ask, &mut answer)?;
         self.pack.expand(scene.inertia, &mut answer);
         Some((outcome, answer))
     }
