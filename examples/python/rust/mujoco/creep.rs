@@ -1,7 +1,7 @@
 //! What sticks keeps its place: how far contacts that stick have moved along their tangents nevertheless, as a step goes along a straight
 //! line, and as what moves from outside was foreseen by its last velocity.
 
-use super::facts::{CLOSED, body_of};
+use super::facts::body_of;
 use super::ffi::Data;
 use super::islands::Island;
 use super::touch::{Around, Live, Touch, dot, largest, pose};
@@ -14,6 +14,8 @@ pub(super) const STICK: i8 = 1;
 const LEFT: f64 = 1e-7;
 /// Square of an angle (rad) up to which a path is straight.
 const STRAIGHT: f64 = 1e-9;
+/// What counts touched as the step began: its gap or overlap was at most this, over the model's length.
+const TOUCHED: f64 = 1e-4;
 
 /// A motion from one pose of a geom to another.
 struct Path {
@@ -85,8 +87,8 @@ pub(super) fn list(
                 *along += Vector3::from(*axis).dot(&live.crept);
             }
         }
-        let is_closed = !touch.is_new && touch.gap.abs() < CLOSED * length;
-        creep.counts = is_closed && sticks(place) && largest(&creep.along) > LEFT * length;
+        let touched = !touch.is_new && touch.gap.abs() < TOUCHED * length;
+        creep.counts = touched && sticks(place) && largest(&creep.along) > LEFT * length;
     }
     Creeps { of_touches: creeps, is_posed }
 }

@@ -11,17 +11,15 @@ use super::rows::{Kind, Row};
 use super::sweeps;
 use super::touch::{Touch, largest};
 use std::collections::{HashMap, HashSet};
-use stiction::{Settings, Status, Work};
+use stiction::{Model as Law, Settings, Status, Work};
 use stiction_kernels::problem::{Answer, Needs, Outcome};
 use stiction_kernels::sizes;
 
 /// A normal row without lever is held as if its bodies were free, by this share of what would move them.
 const LEVER: f64 = 1e-5;
-/// Compliance over mobility: of what is moved from outside and blocked (its impulse is at most `m v`), and of all.
+/// Compliance over mobility: of what is moved from outside and blocked (its impulse is at most `m v`), and of all, as little as is solved.
 const BLOCKED: f64 = 1.0;
-const SOFT: f64 = 1e-2;
-/// That of a question whose answer is only where another starts.
-const HINT: f64 = 1e-7;
+const SOFT: [f64; 4] = [1e-2, 1e-4, 1e-6, 1e-8];
 /// An answer that is not solved is used up to this error, and up to impulses that change velocities of free bodies by so many times
 /// those there are.
 const LARGEST_ERROR: f64 = 1e-3;
@@ -37,9 +35,10 @@ enum Softness {
     Rigid,
     /// What was blocked comes after what leads it.
     Following,
-    Hint,
+    /// The convex relaxation, whose answer is only where another starts: where all can stay it is that of the law.
+    Relaxed,
     Driven,
-    All,
+    All(f64),
 }
 
 /// Velocities and impulses of a step.
@@ -170,8 +169,8 @@ impl VelocityPass {
             }
         }
         let is_solved = |(outcome, _): &(Outcome, _)| outcome.status == Status::Solved;
-        // From nothing, as the last step may lead astray; then from where a little softness leads.
-        for hint in [None, Some(Softness::Hint)] {
+        // From nothing, as the last step may lead astray; then from where the relaxation leads.
+        for hint in [None, Some(Softness::Relaxed)] {
             if blocked_for.is_some() || found.as_ref().is_some_and(is_solved) {
                 break;
             }
@@ -199,8 +198,8 @@ impl VelocityPass {
             if !self.is_usable(scene, island, settings, found.as_ref()) {
                 ends.gave_way = true;
                 engines.forget(name);
-                found = self.attempt(scene, island, engines, settings, Softness::All);
-                if !self.is_usable(scene, island, settings, found.as_ref()) {
+                found = self.give_way(scene, island, engines, settings, ends.contradicts);
+                if found.is_none() {
                     engines.forget(name);
                     found = Some(self.sweep(scene, island));
                 }
@@ -211,6 +210,30 @@ impl VelocityPass {
             write(island, &answer, self.pack.dim, motion);
             self.spare = answer;
         }
+    }
+
+    /// All gives way: by less each time, from where more has led, as long as that has a usable answer with impulses that may be. What
+    /// contradicts itself gives way at any softness.
+    fn give_way(
+        &mut self,
+        scene: &Scene<'_>,
+        island: &Island,
+        engines: &mut Engines,
+        settings: &Settings<f64>,
+        contradicts: bool,
+    ) -> Option<(Outcome, Answer<f64>)> {
+        let mut found = None;
+        for soft in &SOFT[..if contradicts { 1 } else { SOFT.len() }] {
+            let next = self.attempt(scene, island, engines, settings, Softness::All(*soft));
+            if !self.is_usable(scene, island, settings, next.as_ref())
+                || found.is_some()
+                    && !next.as_ref().is_some_and(|next| self.is_plausible(scene, island, &next.1))
+            {
+                break;
+            }
+            found = next;
+        }
+        found
     }
 
     fn fill(&mut self, scene: &Scene<'_>, island: &Island) {
@@ -267,14 +290,16 @@ impl VelocityPass {
         let shares = softness == Softness::Rigid && !self.keeps_impulses;
         let least = shares.then(|| sharing_dofs(scene, island));
         let ask = Ask { cold: false, still: scene.still, least };
-        let outcome = engines.solve(name, &self.pack.problem(), settings, ask, &mut answer)?;
+        let model = if softness == Softness::Relaxed { Law::ConvexRelaxation } else { Law::Coulomb };
+        let settings = Settings { model, ..*settings };
+        let outcome = engines.solve(name, &self.pack.problem(), &settings, ask, &mut answer)?;
         self.pack.expand(scene.inertia, &mut answer);
         Some((outcome, answer))
     }
 
     /// All rows soft, by sweeps that always end.
     fn sweep(&mut self, scene: &Scene<'_>, island: &Island) -> (Outcome, Answer<f64>) {
-        self.ask(scene, island, Softness::All);
+        self.ask(scene, island, Softness::All(SOFT[0]));
         let mut answer = sweeps::sweep(&self.pack.problem());
         self.pack.expand(scene.inertia, &mut answer);
         let work = Work { sweeps: sweeps::SWEEPS, ..Work::default() };
@@ -300,6 +325,11 @@ impl VelocityPass {
         if !is_finite || has_no_answer(outcome) || !is_near {
             return false;
         }
+        self.is_plausible(scene, island, answer)
+    }
+
+    /// Are impulses not far above what there is to stop?
+    fn is_plausible(&self, scene: &Scene<'_>, island: &Island, answer: &Answer<f64>) -> bool {
         let speed = speed(scene, island, |row| row.outside.abs());
         let impulses = scene.touches(island).zip(answer.r.chunks_exact(self.pack.dim));
         let change = impulses.map(|(touch, r)| largest(r) * touch.mobility.sqrt()).fold(0.0, f64::max);
@@ -341,15 +371,14 @@ fn is_thrown(scene: &Scene<'_>, island: &Island, (_, answer): &(Outcome, Answer<
 
 /// Does what is blocked pull by its own law?
 fn pulls(softness: Softness) -> bool {
-    matches!(softness, Softness::Following | Softness::Driven | Softness::All)
+    matches!(softness, Softness::Following | Softness::Driven | Softness::All(_))
 }
 
 fn softness_of(softness: Softness, mobility: f64, is_moved: bool) -> f64 {
     match softness {
         Softness::Driven if is_moved => BLOCKED * mobility,
-        Softness::All => SOFT * mobility,
-        Softness::Hint => HINT * mobility,
-        Softness::Rigid | Softness::Following | Softness::Driven => 0.0,
+        Softness::All(soft) => soft * mobility,
+        Softness::Rigid | Softness::Relaxed | Softness::Following | Softness::Driven => 0.0,
     }
 }
 
