@@ -54,6 +54,8 @@ pub(super) struct Grip {
     pub(super) rubs: bool,
     /// The normal impulse that it starts from.
     pub(super) start: f64,
+    /// Compliance along its tangents.
+    pub(super) compliance: f64,
     /// Its number among those of the island.
     number: usize,
 }
@@ -90,7 +92,7 @@ impl Moving<'_> {
 
     /// Is a row asked to close?
     fn asks(&self, row: &Row) -> bool {
-        row.kind != Kind::Friction && !(self.is_blocked && row.spring.is_some())
+        row.kind != Kind::Friction && row.soft.is_none() && !(self.is_blocked && row.spring.is_some())
     }
 }
 
@@ -159,6 +161,9 @@ impl Asked {
                 continue;
             }
             let mut open = touch.gap + h * dot(touch.normal_row(), &motion.velocity);
+            if touch.soft.is_some() {
+                open = open.max(0.0);
+            }
             if open < 0.0 {
                 let fastest = if touch.is_driven { scale.speed } else { RECOVERY * scale.speed };
                 // What is from the step itself is taken back in it.
@@ -170,7 +175,9 @@ impl Asked {
                     open = 0.0;
                 }
             }
-            let mut grip = Grip { slip: [0.0; 2], rubs: true, start: 0.0, number };
+            let factor = if is_pressed { PRESSED } else { CONTACT };
+            let compliance = soft(factor, touch.response, touch.mobility);
+            let mut grip = Grip { slip: [0.0; 2], rubs: true, start: 0.0, compliance, number };
             if is_pressed {
                 let tangents = touch.rows.chunks_exact(touch.rows.len() / touch.dim).skip(1);
                 for (i, (slip, row)) in grip.slip.iter_mut().zip(tangents).enumerate() {
@@ -179,8 +186,8 @@ impl Asked {
                 }
                 (grip.rubs, grip.start) = (holds(motion, place), motion.impulses[place][0]);
             }
-            let factor = if is_pressed { PRESSED } else { CONTACT };
-            let compliance = soft(factor, touch.response, touch.mobility);
+            // Its spring goes on as the correction moves it.
+            let compliance = compliance + touch.soft.map_or(0.0, |spring| spring.compliance(h));
             self.touches.push((Demand { place, offset: open / h, compliance }, grip));
         }
         for (&place, row) in island.rows.iter().zip(scene.rows(island)) {
@@ -246,7 +253,9 @@ pub(super) fn is_needed(scene: &Scene<'_>, island: &Island, moving: &Moving<'_>,
     let (mut touches, rows) = (scene.touches(island).enumerate(), scene.rows(island));
     moving.creeps_in(island)
         || touches.any(|(number, touch)| {
-            after(touch.gap, touch.normal_row()) < -slop && !locks.holds_touch(scene, island, number)
+            touch.soft.is_none()
+                && after(touch.gap, touch.normal_row()) < -slop
+                && !locks.holds_touch(scene, island, number)
         })
         || rows.filter(|row| moving.asks(row)).any(|row| {
             let after = after(row.gap, &row.jacobian);

@@ -87,7 +87,8 @@ pub(super) fn list(
                 *along += Vector3::from(*axis).dot(&live.crept);
             }
         }
-        let is_closed = !touch.is_new && touch.gap.abs() < CLOSED * length;
+        let deepest = if touch.soft.is_some() { f64::INFINITY } else { CLOSED * length };
+        let is_closed = !touch.is_new && touch.gap < CLOSED * length && -touch.gap < deepest;
         creep.counts = is_closed && sticks(place) && largest(&creep.along) > LEFT * length;
     }
     Creeps { of_touches: creeps, is_posed }

@@ -57,8 +57,11 @@ fn thin_faces(island: &mut Vec<usize>, all: &[Touch], (apart, highest): (f64, f6
         for &i in &face {
             is_done[i] = true;
         }
+        // Each of them bears by its own spring.
+        let is_kept =
+            (island.len() <= MANY || highest.is_finite()) && face.iter().any(|&i| touches[i].soft.is_some());
         let is_higher = face.iter().any(|&i| touches[i].gap > highest);
-        if is_higher || face.len() <= FEW_OF_PAIR.min(directions as usize) {
+        if is_higher || is_kept || face.len() <= FEW_OF_PAIR.min(directions as usize) {
             continue;
         }
         for &i in &face {

@@ -8,6 +8,7 @@ use super::inertia::Inertia;
 use super::islands::Island;
 use super::pack::Pack;
 use super::rows::{Kind, Row};
+use super::softness::Spring;
 use super::sweeps;
 use super::touch::{Touch, largest};
 use std::collections::{HashMap, HashSet};
@@ -123,13 +124,14 @@ impl<'a> Scene<'a> {
 
     /// How fast a row is led from outside.
     fn lead(&self, row: &Row) -> f64 {
-        let pulled = self.open(row).map_or(0.0, f64::abs);
-        row.outside.abs().max(pulled)
+        let pulled = self.open(row).or(row.soft.map(|_| row_offset(row, self.h)));
+        row.outside.abs().max(pulled.map_or(0.0, f64::abs))
     }
 
-    /// Does something move it from outside?
+    /// Does something that is not soft move it from outside?
     pub(super) fn is_moved(&self, island: &Island) -> bool {
-        self.touches(island).any(Touch::is_moved) || self.rows(island).any(|row| row.outside != 0.0)
+        self.touches(island).any(Touch::is_led)
+            || self.rows(island).any(|row| row.outside != 0.0 && row.soft.is_none())
     }
 }
 
@@ -236,19 +238,19 @@ impl VelocityPass {
     /// Says how much gives way, and what is asked of rows.
     fn ask(&mut self, scene: &Scene<'_>, island: &Island, softness: Softness) {
         let touches = scene.touches(island).map(|touch| {
-            let soft = softness_of(softness, touch.mobility, touch.is_moved());
+            let soft = softness_of(softness, touch.mobility, touch.is_led());
             let lever = (LEVER * touch.mobility - touch.response).max(0.0);
-            [soft.max(lever), soft]
+            [soft.max(lever) + compliance_of(touch.soft, scene.h), soft]
         });
         let rows = scene.rows(island).map(|row| {
             let offset = match row.spring {
                 Some(spring) if pulls(softness) => spring,
                 _ => row_offset(row, scene.h),
             };
-            let is_led = row.spring.is_some() || row.outside != 0.0;
+            let is_led = row.spring.is_some() || row.outside != 0.0 && row.soft.is_none();
             let compliance = match row.kind {
                 Kind::Friction => 0.0,
-                _ => softness_of(softness, row.mobility, is_led),
+                _ => softness_of(softness, row.mobility, is_led) + compliance_of(row.soft, scene.h),
             };
             [offset, compliance]
         });
@@ -325,7 +327,10 @@ fn has_no_answer(outcome: &Outcome) -> bool {
 fn speed(scene: &Scene<'_>, island: &Island, lead: impl Fn(&Row) -> f64) -> f64 {
     let inertia = scene.inertia;
     let energy: f64 = island.dofs.iter().map(|&dof| inertia.impulse[dof] * inertia.velocity[dof]).sum();
-    let touches = scene.touches(island).map(|touch| (largest(&touch.outside), touch.mobility));
+    let touches = scene.touches(island).map(|touch| {
+        let drive = if touch.soft.is_some() { offset(touch, scene.h) } else { touch.outside };
+        (largest(&drive), touch.mobility)
+    });
     let rows = scene.rows(island).map(|row| (lead(row), row.mobility));
     let drive = touches.chain(rows).filter(|&(_, mobility)| mobility > 0.0);
     energy.max(0.0).sqrt() + drive.map(|(speed, mobility)| speed / mobility.sqrt()).fold(0.0, f64::max)
@@ -355,13 +360,22 @@ fn softness_of(softness: Softness, mobility: f64, is_moved: bool) -> f64 {
     }
 }
 
-/// Velocities that close a gap in the step, and those of surfaces; an overlap asks for what comes from outside alone.
+/// What the user has asked for (1/kg).
+fn compliance_of(soft: Option<Spring>, h: f64) -> f64 {
+    soft.map_or(0.0, |spring| spring.compliance(h))
+}
+
+/// Velocities that close a gap in the step, and those of surfaces; an overlap asks for what comes from outside alone,
+/// or for what its spring does.
 fn offset(touch: &Touch, h: f64) -> [f64; 6] {
     let mut offset = touch.outside;
     for (offset, speed) in offset[1..].iter_mut().zip(touch.surface) {
         *offset += speed;
     }
-    offset[0] = closing(touch.gap, touch.outside[0], h);
+    offset[0] = match touch.soft {
+        Some(spring) if touch.gap < 0.0 => spring.offset(touch.gap, touch.outside[0], h),
+        _ => closing(touch.gap, touch.outside[0], h),
+    };
     offset
 }
 
@@ -371,7 +385,7 @@ fn closing(gap: f64, outside: f64, h: f64) -> f64 {
 
 fn row_offset(row: &Row, h: f64) -> f64 {
     match row.kind {
-        Kind::Equality => row.outside,
+        Kind::Equality => row.soft.map_or(row.outside, |spring| spring.offset(row.gap, row.outside, h)),
         Kind::Friction => 0.0,
         Kind::Limit => closing(row.gap, row.outside, h),
     }
