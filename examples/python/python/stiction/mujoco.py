@@ -42,15 +42,14 @@ class Stepper:
     What has no meaning here and is not read: ``impratio``, solver, iterations, and ``solref`` and ``solimp`` but of equalities with
     a body of motion capture. These are rigid while what they lead can follow; where it is blocked they pull as MuJoCo has them.
 
-    Contacts and equalities are soft where ``compliance`` or ``soft`` asks for it. A spring of stiffness ``k`` with a damper ``d``
-    then bears an overlap or what is open, implicit over the step: it sags by force over stiffness, and a step ``h`` alone damps it
-    like ``d = h k`` would. A contact is soft along its normal; what sticks does not creep. Each point of ``data.contact`` has a
-    spring of its own, so four corners are four times as stiff as one; of an island of more than 24, points inside of a face have
-    none. With ``soft`` a ``solref`` of two numbers that are not positive, the first negative, is ``(-k, -d)`` in N/m and N·s/m, as
-    it stands, where MuJoCo scales it by mass and impedance; ``solimp`` and all other ``solref`` are not read. Each row of an
-    equality has a spring in its own unit: that of joints in theirs, the rotation of a weld by an angle ``a`` is
-    ``torquescale sin(a/2)`` (m). An equality with a body of motion capture that is soft has no other law. Limits and friction loss
-    stay rigid.
+    Contacts and equalities are soft where ``compliance`` or ``soft`` asks for it: springs of a stiffness ``k`` with a damper ``d``,
+    implicit over the step ``h``, which alone damps as ``d = h k / 2`` would. What overlaps or is open, also as the simulation
+    begins, is their load, and is not taken back. A contact is soft along its normal; what sticks does not creep. Each point of
+    ``data.contact`` has a spring of its own, so a box on four corners is four times as stiff as on one; of an island of more than
+    64 points those inside of a face are left out. With ``soft`` a ``solref`` of a negative and another number that is not positive
+    is ``(-k, -d)`` in N/m and N·s/m as it stands, where MuJoCo scales it by mass and impedance. Each row of an equality has a spring
+    in its own unit: rad/(N·m) between hinges, and the rotation of a weld by an angle ``a`` counts as ``torquescale * sin(a / 2)``
+    (m). A soft equality with a body of motion capture has no other law. Limits and friction loss stay rigid.
 
     Of the model two options are changed: cones become elliptic, Jacobians dense. Several steppers, also of several threads, may
     share a model.
@@ -258,6 +257,7 @@ def rollout(
     """
     _check(model)
     _check_settings(tol, budget)
+    springs = softness(model, compliance, soft)
     size = mujoco.mj_stateSize(model, _STATE)
     first, given = _arrays.array("states", states, _arrays.DOUBLE), _arrays.array("controls", controls, _arrays.DOUBLE)
     if first.ndim != 2 or first.shape[1] != size:
@@ -271,7 +271,7 @@ def rollout(
     done = Rollout(np.empty((copies, steps, size)), np.empty((copies, steps, model.nsensordata)), np.zeros(copies, np.int64))
     start = np.ascontiguousarray(np.broadcast_to(first, (copies, size)))
     control = np.ascontiguousarray(np.broadcast_to(given, (copies, steps, model.nu)))
-    settings, workers, springs = (float(tol), int(budget)), _arrays.threads_of(threads), softness(model, compliance, soft)
+    settings, workers = (float(tol), int(budget)), _arrays.threads_of(threads)
     _stiction.rollout(_library(), model._address, int(_STATE), (start, control), tuple(done), settings, workers, springs)
     return done
 
