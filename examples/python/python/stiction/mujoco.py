@@ -39,17 +39,18 @@ class Stepper:
     MuJoCo's own velocity derivatives. ``efc_force``, ``qfrc_constraint`` and ``qacc`` are written, so ``mj_contactForce`` and
     force sensors read what acts.
 
-    What has no meaning here and is not read: ``impratio``, solver, iterations, and ``solref`` and ``solimp`` but of equalities with
-    a body of motion capture. These are rigid while what they lead can follow; where it is blocked they pull as MuJoCo has them.
+    What has no meaning here and is not read: ``impratio``, solver, iterations, ``solimp`` and, but of what is soft, ``solref``.
+    An exception are equalities with a body of motion capture: these are rigid while what they lead can follow; where it is blocked
+    they pull as MuJoCo has them.
 
     Contacts and equalities are soft where ``compliance`` or ``soft`` asks for it: springs of a stiffness ``k`` with a damper ``d``,
-    implicit over the step ``h``, which alone damps as ``d = h k / 2`` would. What overlaps or is open, also as the simulation
-    begins, is their load, and is not taken back. A contact is soft along its normal; what sticks does not creep. Each point of
-    ``data.contact`` has a spring of its own, so a box on four corners is four times as stiff as on one; of an island of more than
-    64 points those inside of a face are left out. With ``soft`` a ``solref`` of a negative and another number that is not positive
-    is ``(-k, -d)`` in N/m and N·s/m as it stands, where MuJoCo scales it by mass and impedance. Each row of an equality has a spring
-    in its own unit: rad/(N·m) between hinges, and the rotation of a weld by an angle ``a`` counts as ``torquescale * sin(a / 2)``
-    (m). A soft equality with a body of motion capture has no other law. Limits and friction loss stay rigid.
+    implicit over the step ``h``, which alone damps as ``d = h k`` would. An overlap, or what is open, loads its spring, also as
+    the simulation begins, and is not taken back. A contact is soft along its normal, and what sticks does not creep. Each point of
+    ``data.contact`` has a spring of its own: a box on four corners is four times as stiff as on one. (Of an island of more than 64
+    points those inside of a face are left out.) With ``soft`` a ``solref`` of a negative number and another that is not positive is
+    ``(-k, -d)`` in N/m and N·s/m as it stands, where MuJoCo scales it by mass and impedance. Each row of an equality has one in its
+    own unit: N·m/rad between hinges; a rotation of a weld by an angle ``a`` counts as ``torquescale * sin(a / 2)`` (m). A soft
+    equality with a body of motion capture has no other law. Limits and friction loss stay rigid.
 
     Of the model two options are changed: cones become elliptic, Jacobians dense. Several steppers, also of several threads, may
     share a model.
@@ -64,9 +65,9 @@ class Stepper:
             model: see above for what is changed.
             tol: error up to which a step counts as solved, relative to the impulses; no unit.
             budget: work that a solve may take, in the unit of :attr:`stiction.Work.total`.
-            compliance: displacement per force of each contact and equality (m/N; rad/(N·m) of an equality of hinges), 0 is rigid; or
-                a mapping to it from pairs of geoms, ``("sole", "floor")`` in either order, and from equalities, ``"strap"``: what is
-                not named is rigid. A geom may also be its number.
+            compliance: displacement per force of contacts and equalities (m/N, between hinges rad/(N·m)); 0 is rigid. One number is
+                that of all; a mapping has it of pairs of geoms, ``("sole", "floor")`` in either order, each a name or a number, and
+                of equalities, ``"strap"``, and all else is rigid.
             soft: whether ``solref`` in MuJoCo's direct form is read, unless ``compliance`` names the pair or equality.
 
         Raises:
