@@ -186,6 +186,35 @@ def test_what_stands_on_soft_ground_is_held_as_a_loop_closes() -> None:
     assert np.abs(s.data.efc_pos[:3]).max() < 1e-9 and abs(s.data.qpos[7] - before[7]) < 1e-9
 
 
+def test_what_stands_on_a_soft_turntable_goes_round() -> None:
+    """A crate leans outward by as much as springs do; straight steps would lead it out by 5 µm each."""
+    table = '<body><joint name="q" axis="0 0 1"/><geom type="cylinder" size=".6 .02" mass="20"/></body>' + crate("a", 0.3, z=0.07)
+    s = soft_scene(table, '<actuator><velocity joint="q" kv="1000"/></actuator>', compliance=1e-4)
+    s.run(2)
+    for _ in range(2000):
+        s.data.ctrl[0] = 3 * min(1.0, (s.data.time - 2) / 2)
+        s.step()
+    lean = 2 * 0.3 * 3**2 * 0.05 / (4 * 0.1**2 / 1e-4)
+    assert np.hypot(*s.data.qpos[1:3]) == pytest.approx(0.3 + 0.05 * lean, abs=1e-6)
+    assert s.stepper.modes == [1] * 4 and s.is_clean()
+
+
+def test_no_point_is_deeper_than_it_is() -> None:
+    """A crate that tumbles: its corners move along circles, and each step has the overlaps with which it begins."""
+    s = soft_scene(GROUND + crate("a", 0, z=0.2), compliance=1e-4)
+    s.data.qvel[3:] = 10, 12, 3
+    other, count = mujoco.MjData(s.model), 0
+    for _ in range(500):
+        other.qpos[:] = s.data.qpos
+        mujoco.mj_kinematics(s.model, other)
+        mujoco.mj_collision(s.model, other)
+        s.step()
+        found = [np.sort(data.contact.dist[data.contact.dist < -1e-7]) for data in (other, s.data)]
+        assert found[1] == pytest.approx(found[0], abs=1e-8)
+        count += len(found[0])
+    assert count > 100 and s.is_clean()
+
+
 def test_each_point_bears_by_its_own_spring() -> None:
     """Also where there are many in a face, of which a rigid one needs few: a box on a flat field of heights."""
     field = '<asset><hfield name="flat" nrow="9" ncol="9" size="1 1 .5 .1"/></asset>'
@@ -226,13 +255,14 @@ def test_a_soft_cuff_lets_the_knee_turn() -> None:
 
 
 def test_a_soft_weld_follows_motion_capture_as_a_spring() -> None:
+    """Far faster than the hand, which moves by 1 mm/s, and is 30 cm away as it begins."""
     lead = '<body name="hand" mocap="true" pos="0 0 1"/><body name="a" pos="0 0 1"><freejoint/>'
     lead += f'<geom size=".05" mass="2" {APART}/></body>'
     weld = f'<equality><weld name="tie" body1="hand" body2="a" {DIRECT}/></equality>'
     s = soft_scene(lead, weld, 'gravity="0 0 0"', compliance={"tie": 1 / K})
     x = v = 0.0
     for _ in range(1000):
-        s.data.mocap_pos[0, 0] = goal = 0.3 * min(s.data.time, 1.0)
+        s.data.mocap_pos[0, 0] = goal = 0.3 + 1e-3 * s.data.time
         s.step()
         v = (2 * v - s.h * K * (x - goal)) / (2 + s.h**2 * K)
         x += s.h * v
@@ -251,6 +281,20 @@ def test_a_body_of_motion_capture_presses_by_the_spring() -> None:
         s.step()
     force = 0.01 / 1e-5
     assert s.forces()[2] == pytest.approx(2 * force, rel=1e-5) and s.is_clean()  # the finger's and the wall's
+
+
+def test_a_slow_body_of_motion_capture_throws_by_the_spring() -> None:
+    """It begins 10 mm deep and goes on by 1 mm/s."""
+    finger = '<body mocap="true" pos="-.12 0 0"><geom size=".05"/></body>'
+    part = '<body><freejoint/><geom type="box" size=".08 .04 .04" mass="1"/></body>'
+    s, x, v = soft_scene(finger + part, option='gravity="0 0 0"', compliance=1e-5), 0.0, 0.0
+    for _ in range(50):
+        s.data.mocap_pos[0, 0] = tip = -0.12 + 1e-3 * s.data.time
+        s.step()
+        v = max(v, (v + s.h / 1e-5 * (tip + 0.13 - x)) / (1 + s.h**2 / 1e-5))
+        x += s.h * v
+        assert abs(s.data.qpos[0] - x) < 1e-8
+    assert v > 1 and s.is_clean()
 
 
 def bouncing() -> mujoco.MjModel:

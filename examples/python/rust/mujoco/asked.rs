@@ -16,6 +16,8 @@ const CONTACT: f64 = 1e-4;
 const ROW: f64 = 0.02;
 /// Compliance of contacts that keep the impulses of the velocity pass.
 const PRESSED: f64 = 1e-5;
+/// Compliance of contacts that are springs: these are held as they are, and give way to all others.
+const SPRING: f64 = 1e-2;
 /// A row is moved as little as if it were at least this share of a free point.
 const LEAST: f64 = 1e-2;
 /// The fastest recovery of an overlap, over the model's own speed.
@@ -179,15 +181,14 @@ impl Asked {
             let compliance = soft(factor, touch.response, touch.mobility);
             let mut grip = Grip { slip: [0.0; 2], rubs: true, start: 0.0, compliance, number };
             if is_pressed {
-                let tangents = touch.rows.chunks_exact(touch.rows.len() / touch.dim).skip(1);
-                for (i, (slip, row)) in grip.slip.iter_mut().zip(tangents).enumerate() {
-                    *slip = dot(row, &motion.velocity) + touch.outside[1 + i] + touch.surface[i];
-                    *slip += moving.creeps[place].along[i] / h;
+                grip.slip = touch.slip(&motion.velocity);
+                for (slip, along) in grip.slip.iter_mut().zip(moving.creeps[place].along) {
+                    *slip += along / h;
                 }
                 (grip.rubs, grip.start) = (holds(motion, place), motion.impulses[place][0]);
             }
-            // Its spring goes on as the correction moves it.
-            let compliance = compliance + touch.soft.map_or(0.0, |spring| spring.compliance(h));
+            let compliance =
+                if touch.soft.is_some() { soft(SPRING, touch.response, touch.mobility) } else { compliance };
             self.touches.push((Demand { place, offset: open / h, compliance }, grip));
         }
         for (&place, row) in island.rows.iter().zip(scene.rows(island)) {

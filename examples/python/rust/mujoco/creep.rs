@@ -8,8 +8,9 @@ use super::touch::{Around, Live, NEAR, Touch, dot, largest, pose};
 use super::velocity::Motion;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-/// `Mode::Stick`.
-const STICK: i8 = 1;
+/// `Mode::Stick`, `Mode::Slip`.
+pub(super) const STICK: i8 = 1;
+pub(super) const SLIP: i8 = 2;
 /// What is left as it is, over the model's length; it adds up from step to step.
 const LEFT: f64 = 1e-7;
 /// Square of an angle (rad) up to which a path is straight.

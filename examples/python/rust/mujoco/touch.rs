@@ -181,9 +181,14 @@ impl Touch {
         self.outside.iter().any(|&speed| speed != 0.0)
     }
 
-    /// Does something move it from outside that asks for a velocity? A spring only pushes.
-    pub(super) fn is_led(&self) -> bool {
-        self.soft.is_none() && self.is_moved()
+    /// The velocities along its tangents (m/s).
+    pub(super) fn slip(&self, velocity: &[f64]) -> [f64; 2] {
+        let mut slip = [0.0; 2];
+        let tangents = self.rows.chunks_exact(velocity.len()).skip(1);
+        for (i, (slip, row)) in slip.iter_mut().zip(tangents).enumerate() {
+            *slip = dot(row, velocity) + self.outside[1 + i] + self.surface[i];
+        }
+        slip
     }
 
     /// Friction coefficient, 0 without tangents.

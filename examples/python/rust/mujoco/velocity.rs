@@ -3,6 +3,7 @@
 //! Overlaps ask for no speed here, so without motion from outside standing still is allowed: nothing contradicts, and no overlap
 //! becomes momentum.
 
+use super::creep::{SLIP, STICK};
 use super::engines::{Engines, Least, Pass};
 use super::inertia::Inertia;
 use super::islands::Island;
@@ -128,10 +129,9 @@ impl<'a> Scene<'a> {
         row.outside.abs().max(pulled.map_or(0.0, f64::abs))
     }
 
-    /// Does something that is not soft move it from outside?
+    /// Does something move it from outside?
     pub(super) fn is_moved(&self, island: &Island) -> bool {
-        self.touches(island).any(Touch::is_led)
-            || self.rows(island).any(|row| row.outside != 0.0 && row.soft.is_none())
+        self.touches(island).any(Touch::is_moved) || self.rows(island).any(|row| row.outside != 0.0)
     }
 }
 
@@ -212,7 +212,7 @@ impl VelocityPass {
         }
         if let Some((outcome, answer)) = found {
             ends.add(&outcome);
-            write(island, &answer, self.pack.dim, motion);
+            write(scene, island, &answer, self.pack.dim, motion);
             self.spare = answer;
         }
     }
@@ -238,7 +238,7 @@ impl VelocityPass {
     /// Says how much gives way, and what is asked of rows.
     fn ask(&mut self, scene: &Scene<'_>, island: &Island, softness: Softness) {
         let touches = scene.touches(island).map(|touch| {
-            let soft = softness_of(softness, touch.mobility, touch.is_led());
+            let soft = softness_of(softness, touch.mobility, touch.is_moved());
             let lever = (LEVER * touch.mobility - touch.response).max(0.0);
             [soft.max(lever) + compliance_of(touch.soft, scene.h), soft]
         });
@@ -247,7 +247,7 @@ impl VelocityPass {
                 Some(spring) if pulls(softness) => spring,
                 _ => row_offset(row, scene.h),
             };
-            let is_led = row.spring.is_some() || row.outside != 0.0 && row.soft.is_none();
+            let is_led = row.spring.is_some() || row.outside != 0.0;
             let compliance = match row.kind {
                 Kind::Friction => 0.0,
                 _ => softness_of(softness, row.mobility, is_led) + compliance_of(row.soft, scene.h),
@@ -391,13 +391,21 @@ fn row_offset(row: &Row, h: f64) -> f64 {
     }
 }
 
-fn write(island: &Island, answer: &Answer<f64>, dim: usize, motion: &mut Motion) {
+fn write(scene: &Scene<'_>, island: &Island, answer: &Answer<f64>, dim: usize, motion: &mut Motion) {
     for (&dof, &v) in island.dofs.iter().zip(&answer.v) {
         motion.velocity[dof] = v;
     }
     for (i, (&place, r)) in island.touches.iter().zip(answer.r.chunks_exact(dim)).enumerate() {
         motion.impulses[place][..dim].copy_from_slice(r);
         motion.modes[place] = answer.modes[i];
+        // Corners that have sagged by different lengths slip a little as what stands on them tilts.
+        let touch = &scene.touches[place];
+        if answer.modes[i] == SLIP
+            && touch.soft.is_some()
+            && largest(&touch.slip(&motion.velocity)) < scene.touching
+        {
+            motion.modes[place] = STICK;
+        }
     }
     for (&place, &impulse) in island.rows.iter().zip(&answer.rows[0]) {
         motion.rows[place] = impulse;
