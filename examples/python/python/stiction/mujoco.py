@@ -43,14 +43,15 @@ class Stepper:
     An exception are equalities with a body of motion capture: these are rigid while what they lead can follow; where it is blocked
     they pull as MuJoCo has them.
 
-    Contacts and equalities are soft where ``compliance`` or ``soft`` asks for it: springs of a stiffness ``k`` with a damper ``d``,
-    implicit over the step ``h``, which alone damps as ``d = h k`` would. An overlap, or what is open, loads its spring, also as
-    the simulation begins, and is not taken back. A contact is soft along its normal, and what sticks does not creep. Each point of
-    ``data.contact`` has a spring of its own: a box on four corners is four times as stiff as on one. (Of an island of more than 64
-    points those inside of a face are left out.) With ``soft`` a ``solref`` of a negative number and another that is not positive is
-    ``(-k, -d)`` in N/m and N·s/m as it stands, where MuJoCo scales it by mass and impedance. Each row of an equality has one in its
-    own unit: N·m/rad between hinges; a rotation of a weld by an angle ``a`` counts as ``torquescale * sin(a / 2)`` (m). A soft
-    equality with a body of motion capture has no other law. Limits and friction loss stay rigid.
+    Contacts and equalities are soft where ``compliance`` or ``soft`` asks for it: springs of a stiffness ``k`` with a damper
+    ``d``, implicit over the step ``h``, which alone damps as ``d = h k`` would. An overlap, or what is open, loads its spring,
+    also as the simulation begins, and is not taken back. A contact is soft along its normal, and what sticks does not creep;
+    while something tilts, its corners may rub against each other with all their friction. Each point of ``data.contact`` has a
+    spring of its own: a box on four corners is four times as stiff as on one. (Of an island of more than 64 points those inside
+    of a face are left out.) With ``soft`` a ``solref`` of a negative number and another that is not positive is ``(-k, -d)`` in
+    N/m and N·s/m as it stands, where MuJoCo scales it by mass and impedance. Each row of an equality has one in its own unit:
+    N·m/rad between hinges; a rotation of a weld by an angle ``a`` counts as ``torquescale * sin(a / 2)`` (m). A soft equality
+    with a body of motion capture has no other law. Limits and friction loss stay rigid.
 
     Of the model two options are changed: cones become elliptic, Jacobians dense. Several steppers, also of several threads, may
     share a model.
