@@ -30,7 +30,7 @@ FIELDS = {
         """,
         "mjtNum*": """
             body_invweight0 body_margin jnt_margin dof_damping dof_invweight0 geom_rbound geom_aabb geom_margin
-            pair_margin hfield_size eq_data tendon_invweight0 tendon_margin
+            pair_margin hfield_size eq_data eq_solref tendon_invweight0 tendon_margin
         """,
         "float*": "hfield_data",
         "uint64_t": "signature?",
@@ -52,6 +52,7 @@ FIELDS = {
     },
     "contact": {
         "mjtNum": "dist includemargin",
+        "mjtNum[2]": "solref",
         "mjtNum[3]": "pos surfacevel?",
         "mjtNum[9]": "frame",
         "mjtNum[5]": "friction",

@@ -21,17 +21,17 @@ class Law:
     So they have a velocity, and carry.
     """
 
-    def __init__(self, tol: float, budget: int, model: mujoco.MjModel) -> None:
+    def __init__(self, settings: dict[str, Any], model: mujoco.MjModel) -> None:
         """Take the first model."""
-        self.settings = (tol, budget)
-        self.stepper, self.end = Stepper(model, tol=tol, budget=budget), (-1.0, np.zeros((0, 3)))
+        self.settings = settings
+        self.stepper, self.end = Stepper(model, **settings), (-1.0, np.zeros((0, 3)))
 
     def of(self, model: mujoco.MjModel) -> Stepper:
         """The stepper, on this model; packages build models anew at resets. Its counts go on."""
         if self.stepper.model is not model:
-            tol, budget = self.settings
-            fresh = Stepper(model, tol=tol, budget=budget)
+            fresh = Stepper(model, **self.settings)
             self.stepper._model, self.stepper._own, self.end = fresh.model, fresh._own, (-1.0, np.zeros((0, 3)))
+            self.stepper._softness = fresh._softness
         return self.stepper
 
     def step(self, model: mujoco.MjModel, data: mujoco.MjData, frames: int) -> None:
@@ -65,10 +65,10 @@ class Patched:
         else:
             vars(self).update(state)
         if _NAME not in vars(self):
-            _patch_as(self, own._kind, *settings)
+            _patch_as(self, own._kind, settings)
 
 
-def _again(kind: type, settings: tuple[float, int], made: Callable[..., Any], arguments: list[Any]) -> Any:
+def _again(kind: type, settings: dict[str, Any], made: Callable[..., Any], arguments: list[Any]) -> Any:
     """A copy without its state, which comes next."""
     return dressed(made(*arguments), kind, settings)
 
@@ -176,14 +176,14 @@ def _found(thing: Any, path: str) -> Any:
     return thing
 
 
-def _patch_as(thing: Any, kind: Any, tol: float, budget: int) -> Stepper:
+def _patch_as(thing: Any, kind: Any, settings: dict[str, Any]) -> Stepper:
     """Patch something that is of a kind."""
-    law = Law(tol, budget, _found(thing, kind._model))
+    law = Law(settings, _found(thing, kind._model))
     dressed(thing, kind, law)
     return law.stepper
 
 
-def patch_bare(bare: Any, tol: float, budget: int) -> Stepper:
+def patch_bare(bare: Any, settings: dict[str, Any]) -> Stepper:
     """Patch an environment that has no wrappers."""
     if hasattr(bare, "num_envs"):
         raise ValueError(
@@ -192,7 +192,7 @@ def patch_bare(bare: Any, tol: float, budget: int) -> Stepper:
         )
     for kind, method in _KINDS.items():
         if isinstance(_found(bare, kind._model), mujoco.MjModel) and hasattr(_found(bare, kind._held or ""), method):
-            return _patch_as(bare, kind, tol, budget)
+            return _patch_as(bare, kind, settings)
     raise ValueError(
         "env: no environment of gymnasium, gymnasium-robotics, metaworld, dm_control or robosuite with a model of MuJoCo; "
         "call Stepper.step in place of mujoco.mj_step"

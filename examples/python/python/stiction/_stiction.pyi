@@ -4,6 +4,7 @@ from typing import Any, final
 from numpy.typing import NDArray
 
 from ._arrays import Scene
+from ._softness import Given
 from .time_stepping import ClosedLoop, DryFriction, Gap, Motor, Restitution, Spring, Suction
 
 __all__ = [
@@ -49,7 +50,9 @@ class Kernel:
 
 @final
 class Stepper:
-    def __new__(cls, library: PathLike[str], model: int) -> Stepper: ...
+    def __new__(cls, library: PathLike[str], model: int, soft: Given) -> Stepper: ...
+    @property
+    def is_soft(self) -> bool: ...
     @property
     def modes(self) -> list[int]: ...
     def reset(self) -> None: ...
@@ -69,6 +72,7 @@ def rollout(
     to: tuple[NDArray[Any], ...],
     settings: tuple[float, int],
     threads: int,
+    soft: Given,
 ) -> None: ...
 def solve(scene: Scene, settings: _Settings, single: bool) -> tuple[Any, ...]: ...
 def batch_shape(scenes: Scene, single: bool) -> tuple[int, int, int, int, int]: ...

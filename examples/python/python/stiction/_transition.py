@@ -37,6 +37,8 @@ def derivatives(stepper: Stepper, data: mujoco.MjData, eps: float, tol: float) -
         raise ValueError("model: adhesion acts by the contacts that are listed, which has no derivative here")
     before = (stepper.fallbacks, stepper.contradictions, stepper.crowded)
     near = Near(stepper, data, eps)
+    if stepper._own.is_soft:
+        raise ValueError("data: in the step are contacts or equalities that are soft, which have no derivative here")
     if before != (stepper.fallbacks, stepper.contradictions, stepper.crowded) or not stepper.error <= tol:
         raise ValueError("data: the step has no exact solution, or none is found")
     moved: Array = np.zeros((2, 0, 0))

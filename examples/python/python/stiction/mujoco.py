@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _stiction
+from ._softness import Compliance, softness
 from ._transition import Derivatives, derivatives
 from ._types import Status
 from ._versions import flag
@@ -38,29 +39,47 @@ class Stepper:
     MuJoCo's own velocity derivatives. ``efc_force``, ``qfrc_constraint`` and ``qacc`` are written, so ``mj_contactForce`` and
     force sensors read what acts.
 
-    What has no meaning here and is not read: ``impratio``, solver, iterations, and ``solref`` and ``solimp`` but of equalities with
-    a body of motion capture. These are rigid while what they lead can follow; where it is blocked they pull as MuJoCo has them.
+    What has no meaning here and is not read: ``impratio``, solver, iterations, ``solimp`` and, but of what is soft, ``solref``.
+    An exception are equalities with a body of motion capture: these are rigid while what they lead can follow; where it is blocked
+    they pull as MuJoCo has them.
+
+    Contacts and equalities are soft where ``compliance`` or ``soft`` asks for it: springs of a stiffness ``k`` with a damper
+    ``d``, implicit over the step ``h``, which alone damps as ``d = h k`` would. An overlap, or what is open, loads its spring,
+    also as the simulation begins, and is not taken back. A contact is soft along its normal, and what sticks does not creep;
+    while something tilts, its corners may rub against each other with all their friction. Each point of ``data.contact`` has a
+    spring of its own: a box on four corners is four times as stiff as on one. (Of an island of more than 64 points those inside
+    of a face are left out.) With ``soft`` a ``solref`` of a negative number and another that is not positive is ``(-k, -d)`` in
+    N/m and N·s/m as it stands, where MuJoCo scales it by mass and impedance. Each row of an equality has one in its own unit:
+    N·m/rad between hinges; a rotation of a weld by an angle ``a`` counts as ``torquescale * sin(a / 2)`` (m). A soft equality
+    with a body of motion capture has no other law. Limits and friction loss stay rigid.
 
     Of the model two options are changed: cones become elliptic, Jacobians dense. Several steppers, also of several threads, may
     share a model.
     """
 
-    def __init__(self, model: mujoco.MjModel, *, tol: float = 1e-6, budget: int = 1000) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, *, tol: float = 1e-6, budget: int = 1000, compliance: Compliance = 0.0, soft: bool = False
+    ) -> None:
         """Take a model over.
 
         Args:
             model: see above for what is changed.
             tol: error up to which a step counts as solved, relative to the impulses; no unit.
             budget: work that a solve may take, in the unit of :attr:`stiction.Work.total`.
+            compliance: displacement per force of contacts and equalities (m/N, between hinges rad/(N·m)); 0 is rigid. One number is
+                that of all; a mapping has it of pairs of geoms, ``("sole", "floor")`` in either order, each a name or a number, and
+                of equalities, ``"strap"``, and all else is rigid.
+            soft: whether ``solref`` in MuJoCo's direct form is read, unless ``compliance`` names the pair or equality.
 
         Raises:
-            ValueError: the model asks for what does not map.
+            ValueError: the model asks for what does not map, has nothing of a name, or a compliance is negative or not finite.
             ImportError: this version of MuJoCo is not known; it says which are.
         """
         _check(model)
         _check_settings(tol, budget)
         self._model = model
         self._settings = (float(tol), int(budget))
+        self._softness = softness(model, compliance, soft)
         #: Steps taken.
         self.steps = 0
         #: Steps whose error is above the tolerance.
@@ -84,7 +103,7 @@ class Stepper:
         self.work = 0
         model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         model.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-        self._own = _stiction.Stepper(_library(), model._address)
+        self._own = _stiction.Stepper(_library(), model._address, self._softness)
 
     def __getstate__(self) -> dict[str, Any]:
         """Take along what :meth:`state` has: with its data, or a copy of that, a copy goes on as this one does."""
@@ -94,7 +113,7 @@ class Stepper:
         """Take the model over anew."""
         words = state.pop("_state")
         vars(self).update(state)
-        self._own = _stiction.Stepper(_library(), self._model._address)
+        self._own = _stiction.Stepper(_library(), self._model._address, self._softness)
         self._own.set_state(None, words)
 
     @property
@@ -214,6 +233,8 @@ def rollout(
     threads: int | None = None,
     tol: float = 1e-6,
     budget: int = 1000,
+    compliance: Compliance = 0.0,
+    soft: bool = False,
 ) -> Rollout:
     """Step copies of a model, each from its state through its controls, as ``mujoco.rollout`` does.
 
@@ -229,13 +250,16 @@ def rollout(
         threads: how many, at most; ``None`` takes as many as there are cores for this process, and there are never more.
         tol: error up to which a step counts as solved, relative to the impulses; no unit.
         budget: work that a solve may take, in the unit of :attr:`stiction.Work.total`.
+        compliance: what is soft, as a :class:`Stepper` takes it.
+        soft: whether ``solref`` in MuJoCo's direct form is read.
 
     Raises:
-        ValueError: the model asks for what does not map, or the shape of an array is none of these.
+        ValueError: as of a :class:`Stepper`, or the shape of an array is none of these.
         RuntimeError: MuJoCo gave up.
     """
     _check(model)
     _check_settings(tol, budget)
+    springs = softness(model, compliance, soft)
     size = mujoco.mj_stateSize(model, _STATE)
     first, given = _arrays.array("states", states, _arrays.DOUBLE), _arrays.array("controls", controls, _arrays.DOUBLE)
     if first.ndim != 2 or first.shape[1] != size:
@@ -250,11 +274,11 @@ def rollout(
     start = np.ascontiguousarray(np.broadcast_to(first, (copies, size)))
     control = np.ascontiguousarray(np.broadcast_to(given, (copies, steps, model.nu)))
     settings, workers = (float(tol), int(budget)), _arrays.threads_of(threads)
-    _stiction.rollout(_library(), model._address, int(_STATE), (start, control), tuple(done), settings, workers)
+    _stiction.rollout(_library(), model._address, int(_STATE), (start, control), tuple(done), settings, workers, springs)
     return done
 
 
-def patch(env: Any, *, tol: float = 1e-6, budget: int = 1000) -> Stepper:
+def patch(env: Any, *, tol: float = 1e-6, budget: int = 1000, compliance: Compliance = 0.0, soft: bool = False) -> Stepper:
     """Make an environment step through this law; wrappers may be around it.
 
     It is one of gymnasium, gymnasium-robotics, metaworld, dm_control (suite, composer) or robosuite. Bodies of motion capture move
@@ -266,16 +290,19 @@ def patch(env: Any, *, tol: float = 1e-6, budget: int = 1000) -> Stepper:
         env: the environment, with or without wrappers.
         tol: error up to which a step counts as solved, relative to the impulses; no unit.
         budget: work that a solve may take, in the unit of :attr:`stiction.Work.total`.
+        compliance: what is soft, as a :class:`Stepper` takes it; names are looked up anew in models that are built anew.
+        soft: whether ``solref`` in MuJoCo's direct form is read.
 
     Returns:
         The stepper, which counts what is not solved. A reset of the environment is noticed, and models that it builds anew.
 
     Raises:
-        ValueError: it has no model of MuJoCo that it steps as these do.
+        ValueError: it has no model of MuJoCo that it steps as these do, or one that a :class:`Stepper` refuses.
     """
     from ._patch import patch_bare
 
-    return patch_bare(getattr(env, "unwrapped", env), tol, budget)
+    settings = {"tol": tol, "budget": budget, "compliance": compliance, "soft": soft}
+    return patch_bare(getattr(env, "unwrapped", env), settings)
 
 
 def compat() -> list[str]:

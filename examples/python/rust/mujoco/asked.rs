@@ -16,6 +16,8 @@ const CONTACT: f64 = 1e-4;
 const ROW: f64 = 0.02;
 /// Compliance of contacts that keep the impulses of the velocity pass.
 const PRESSED: f64 = 1e-5;
+/// Compliance of contacts that are springs: these are held as they are, and give way to all others.
+const SPRING: f64 = 1e-2;
 /// A row is moved as little as if it were at least this share of a free point.
 const LEAST: f64 = 1e-2;
 /// The fastest recovery of an overlap, over the model's own speed.
@@ -54,6 +56,8 @@ pub(super) struct Grip {
     pub(super) rubs: bool,
     /// The normal impulse that it starts from.
     pub(super) start: f64,
+    /// Compliance along its tangents.
+    pub(super) compliance: f64,
 }
 
 /// The model's own length (m) and speed (m/s).
@@ -88,7 +92,7 @@ impl Moving<'_> {
 
     /// Is a row asked to close?
     fn asks(&self, row: &Row) -> bool {
-        row.kind != Kind::Friction && !(self.is_blocked && row.spring.is_some())
+        row.kind != Kind::Friction && row.soft.is_none() && !(self.is_blocked && row.spring.is_some())
     }
 }
 
@@ -156,6 +160,9 @@ impl Asked {
                 continue;
             }
             let mut open = touch.gap + h * dot(touch.normal_row(), &motion.velocity);
+            if touch.soft.is_some() {
+                open = open.max(0.0);
+            }
             if open < 0.0 {
                 let fastest = if touch.is_driven { scale.speed } else { RECOVERY * scale.speed };
                 // What is from the step itself is taken back in it.
@@ -167,17 +174,18 @@ impl Asked {
                     open = 0.0;
                 }
             }
-            let mut grip = Grip { slip: [0.0; 2], rubs: true, start: 0.0 };
+            let factor = if is_pressed { PRESSED } else { CONTACT };
+            let compliance = soft(factor, touch.response, touch.mobility);
+            let mut grip = Grip { slip: [0.0; 2], rubs: true, start: 0.0, compliance };
             if is_pressed {
-                let tangents = touch.rows.chunks_exact(touch.rows.len() / touch.dim).skip(1);
-                for (i, (slip, row)) in grip.slip.iter_mut().zip(tangents).enumerate() {
-                    *slip = dot(row, &motion.velocity) + touch.outside[1 + i] + touch.surface[i];
-                    *slip += moving.creeps[place].along[i] / h;
+                grip.slip = touch.slip(&motion.velocity);
+                for (slip, along) in grip.slip.iter_mut().zip(moving.creeps[place].along) {
+                    *slip += along / h;
                 }
                 (grip.rubs, grip.start) = (holds(motion, place), motion.impulses[place][0]);
             }
-            let factor = if is_pressed { PRESSED } else { CONTACT };
-            let compliance = soft(factor, touch.response, touch.mobility);
+            let compliance =
+                if touch.soft.is_some() { soft(SPRING, touch.response, touch.mobility) } else { compliance };
             self.touches.push((Demand { place, offset: open / h, compliance }, grip));
         }
         for (&place, row) in island.rows.iter().zip(scene.rows(island)) {
@@ -242,8 +250,11 @@ pub(super) fn is_needed(scene: &Scene<'_>, island: &Island, moving: &Moving<'_>,
     let after = |gap: f64, row: &[f64]| gap + scene.h * dot(row, &moving.motion.velocity);
     let (mut touches, rows) = (scene.touches(island), scene.rows(island));
     moving.creeps_in(island)
-        || touches
-            .any(|touch| after(touch.gap, touch.normal_row()) < -slop && !locks.hold(Name::Touch(touch.key)))
+        || touches.any(|touch| {
+            touch.soft.is_none()
+                && after(touch.gap, touch.normal_row()) < -slop
+                && !locks.hold(Name::Touch(touch.key))
+        })
         || rows.filter(|row| moving.asks(row)).any(|row| {
             let after = after(row.gap, &row.jacobian);
             (after < -left || row.kind == Kind::Equality && after > left) && !locks.hold(Name::Row(row.key))

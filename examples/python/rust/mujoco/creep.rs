@@ -8,8 +8,9 @@ use super::touch::{Around, Live, Touch, dot, largest, pose};
 use super::velocity::Motion;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-/// `Mode::Stick`.
+/// `Mode::Stick`, `Mode::Slip`.
 pub(super) const STICK: i8 = 1;
+pub(super) const SLIP: i8 = 2;
 /// What is left as it is, over the model's length; it adds up from step to step.
 const LEFT: f64 = 1e-7;
 /// Square of an angle (rad) up to which a path is straight.
@@ -87,7 +88,8 @@ pub(super) fn list(
                 *along += Vector3::from(*axis).dot(&live.crept);
             }
         }
-        let touched = !touch.is_new && touch.gap.abs() < TOUCHED * length;
+        let deepest = if touch.soft.is_some() { f64::INFINITY } else { TOUCHED * length };
+        let touched = !touch.is_new && touch.gap < TOUCHED * length && -touch.gap < deepest;
         creep.counts = touched && sticks(place) && largest(&creep.along) > LEFT * length;
     }
     Creeps { of_touches: creeps, is_posed }

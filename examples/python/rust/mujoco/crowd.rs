@@ -22,17 +22,20 @@ const DEEP: f64 = 1e-3;
 /// Leaves out contacts of an island: those inside of a face, of a round one only where there are many. `true` if there are still more
 /// than any kernel has room for.
 pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], length: f64) -> bool {
-    if island.len() > FEW {
-        thin_faces(island, touches, (FLAT, f64::INFINITY), DIRECTIONS);
-    }
     let dim = if island.iter().all(|&place| touches[place].dim <= 3) { 3 } else { 6 };
     let most = sizes::most_contacts(dim);
+    // What is soft bears at each of its points.
+    let is_soft = island.iter().any(|&place| touches[place].soft.is_some());
+    let [few, many] = if is_soft { [most; 2] } else { [FEW, MANY] };
+    if island.len() > few {
+        thin_faces(island, touches, (FLAT, f64::INFINITY), DIRECTIONS);
+    }
     for (directions, enough, highest) in [
-        (DIRECTIONS, MANY, f64::INFINITY),
-        (DIRECTIONS / 2, MANY, f64::INFINITY),
+        (DIRECTIONS, many, f64::INFINITY),
+        (DIRECTIONS / 2, many, f64::INFINITY),
         // Of what overlaps few or one, as it has no exact answer anyway.
-        (DIRECTIONS / 4, MANY, -DEEP * length),
-        (0, MANY, -DEEP * length),
+        (DIRECTIONS / 4, many, -DEEP * length),
+        (0, many, -DEEP * length),
     ] {
         if island.len() > enough {
             thin_faces(island, touches, (ROUND, highest), directions);

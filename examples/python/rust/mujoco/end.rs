@@ -204,7 +204,10 @@ impl Lookout<'_> {
         let known = overlap.known.map(|known| &step.touches[known]);
         if let Some(known) = known {
             let more = overlap.depth - known.depth_after(step.velocity, self.model.step());
-            if !step.takes_anew || share < 1.0 || (!known.is_new && more <= self.slop) {
+            if !step.takes_anew
+                || share < 1.0
+                || (!known.is_new && (more <= self.slop || known.soft.is_some()))
+            {
                 return true;
             }
             if !known.is_new {

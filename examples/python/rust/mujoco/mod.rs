@@ -19,6 +19,7 @@ mod position;
 pub(crate) mod rollout;
 mod rows;
 mod settle;
+mod softness;
 mod state;
 mod stepper;
 mod sweeps;
@@ -29,6 +30,7 @@ mod velocity;
 use ffi::{Data, Library, Model};
 use pyo3::exceptions::{PyImportError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use softness::{Given, Springs};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use stiction::Settings;
@@ -42,10 +44,10 @@ pub(crate) struct Stepper {
 
 #[pymethods]
 impl Stepper {
-    /// Takes the path of MuJoCo's library and the address of an `mjModel` of it.
+    /// Takes the path of MuJoCo's library, the address of an `mjModel` of it, and what of the model is soft.
     #[new]
-    fn new(library: PathBuf, model: usize) -> PyResult<Self> {
-        Ok(Self { own: opened(&library, model)? })
+    fn new(library: PathBuf, model: usize, soft: Given) -> PyResult<Self> {
+        Ok(Self { own: opened(&library, model, Springs(soft))? })
     }
 
     /// Takes so many steps.
@@ -101,6 +103,12 @@ impl Stepper {
         taken.ok_or_else(|| PyValueError::new_err("state: none of a stepper of this model"))
     }
 
+    /// Was something soft in the last step?
+    #[getter]
+    fn is_soft(&self) -> bool {
+        self.own.is_soft
+    }
+
     /// What each contact of MuJoCo's list does; -1 of one that took no part.
     #[getter]
     fn modes(&self) -> Vec<i8> {
@@ -146,10 +154,10 @@ fn open(library: &Path) -> PyResult<Arc<Library>> {
 }
 
 /// A stepper of the model of this address.
-fn opened(library: &Path, model: usize) -> PyResult<stepper::Stepper> {
+fn opened(library: &Path, model: usize, springs: Springs) -> PyResult<stepper::Stepper> {
     let library = open(library)?;
     // SAFETY: Python says so, and holds the model as long as this.
     #[allow(unsafe_code)]
     let model = unsafe { Model::new(Arc::clone(&library), model) };
-    heard(library.watched(|| Ok(stepper::Stepper::new(model))))
+    heard(library.watched(|| Ok(stepper::Stepper::new(model, springs))))
 }

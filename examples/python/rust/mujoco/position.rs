@@ -62,7 +62,8 @@ impl PositionPass {
             }
             // What presses in a jam is no measure of friction.
             let is_deep = |touch: &Touch| {
-                touch.gap < -DEEP * moving.scale.length
+                touch.soft.is_none()
+                    && touch.gap < -DEEP * moving.scale.length
                     && has_lever(touch.response, touch.mobility)
                     && !self.locks.hold(Name::Touch(touch.key))
             };
@@ -135,7 +136,7 @@ impl PositionPass {
             self.pack.row(&scene.rows[demand.place]);
         }
         self.pack.ask(
-            touches.iter().map(|(demand, _)| [demand.compliance; 2]),
+            touches.iter().map(|(demand, grip)| [demand.compliance, grip.compliance]),
             rows.iter().map(|demand| [demand.offset, demand.compliance]),
         );
         self.pack.reduce(scene.inertia);

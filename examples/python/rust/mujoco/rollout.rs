@@ -1,6 +1,7 @@
 //! Many copies of a model, each stepped through its own controls, on several threads.
 
 use super::ffi::Data;
+use super::softness::{Given, Springs};
 use super::tally::Tally;
 use super::{heard, opened, settings_of};
 use crate::batch::PATIENCE;
@@ -23,7 +24,8 @@ struct Copy<'a> {
 }
 
 /// Steps all copies `from_` first states, `(copies, state)`, by controls, `(copies, steps, nu)`, and writes states and readings after
-/// each step, and how many steps of a copy were not solved, `to` where they belong. `kind` is the `mjtState` of a state.
+/// each step, and how many steps of a copy were not solved, `to` where they belong. `kind` is the `mjtState` of a state, `soft` what of the
+/// model is soft.
 ///
 /// # Errors
 /// An array is not contiguous, MuJoCo gives up, a mass matrix is not positive definite, or a signal was heard.
@@ -38,6 +40,7 @@ pub(crate) fn rollout(
     to: (PyReadwriteArrayDyn<'_, f64>, PyReadwriteArrayDyn<'_, f64>, PyReadwriteArrayDyn<'_, i64>),
     settings: (f64, usize),
     threads: usize,
+    soft: Given,
 ) -> PyResult<()> {
     let ((first, controls), (mut states, mut readings, mut unsolved)) = (from_, to);
     let copies = unsolved.len()?;
@@ -58,8 +61,9 @@ pub(crate) fn rollout(
     });
     let tasks = Mutex::new(tasks.collect::<Vec<_>>().into_iter());
     let next = || tasks.lock().ok().and_then(|mut tasks| tasks.next());
+    let springs = Springs(soft);
     let steppers = (0..threads.clamp(1, copies.max(1)))
-        .map(|_| opened(&library, model))
+        .map(|_| opened(&library, model, springs.clone()))
         .collect::<PyResult<Vec<_>>>()?;
     let stopped = AtomicBool::new(false);
     let work = |mut stepper: super::stepper::Stepper| {

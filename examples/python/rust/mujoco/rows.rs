@@ -3,6 +3,7 @@
 use super::facts::{has_lever, mobility};
 use super::ffi::{CONNECT, Data, Model, SITE, WELD};
 use super::outside::Outside;
+use super::softness::Spring;
 use super::touch::{Around, dot};
 use std::collections::HashSet;
 
@@ -42,6 +43,8 @@ pub(super) struct Row {
     /// Of an equality with a body of motion capture: how fast it opens or closes where that is blocked, by MuJoCo's own law of
     /// it (`solref`, `solimp`).
     pub(super) spring: Option<f64>,
+    /// How it gives way, if the user has asked for that.
+    pub(super) soft: Option<Spring>,
 }
 
 impl Row {
@@ -83,7 +86,7 @@ pub(super) fn list(
     velocities: [&[f64]; 2],
     reached: &mut HashSet<u32>,
 ) -> Vec<Row> {
-    let Around { model, data, follower, inertia, .. } = around;
+    let Around { model, data, springs, follower, inertia, .. } = around;
     let h = model.step();
     let (mut rows, mut scratch) = (Vec::new(), Vec::new());
     let mut first = (u32::MAX, 0);
@@ -123,7 +126,8 @@ pub(super) fn list(
             continue;
         }
         let most = h * data.efc_frictionloss()[constraint];
-        let spring = (sort == EQUALITY && is_led(around, id as usize)).then(|| {
+        let soft = (sort == EQUALITY).then(|| springs.of_equality(model, id as usize)).flatten();
+        let spring = (sort == EQUALITY && soft.is_none() && is_led(around, id as usize)).then(|| {
             let [stiffness, damping, impedance, _] = data.efc_kbip()[constraint];
             let rate = dot(row, data.qvel()) + outside;
             outside - rate * (1.0 - h * damping) + h * stiffness * impedance * gap
@@ -139,6 +143,7 @@ pub(super) fn list(
             mobility,
             response,
             spring,
+            soft,
         });
     }
     rows

@@ -95,7 +95,7 @@ impl Settler {
         let first = self.lines.len();
         if grip.rubs && touch.dim > 1 && touch.mu() > 0.0 {
             for ((row, &mu), slip) in rows.zip(&touch.friction[..2]).zip(grip.slip) {
-                self.line(place, row, (mu, mu * slip, demand.compliance, 0.0));
+                self.line(place, row, (mu, mu * slip, grip.compliance, 0.0));
             }
         }
         let tangents = self.lines.len() - first;

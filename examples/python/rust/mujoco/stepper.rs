@@ -12,6 +12,7 @@ use super::islands::islands;
 use super::outside::Follower;
 use super::position::PositionPass;
 use super::rows::{self, Row};
+use super::softness::Springs;
 use super::touch::{Around, Face, Known, Live, NEAR, Taken, Touch, largest};
 use super::velocity::{Ends, Motion, Scene, VelocityPass};
 use nalgebra::Vector3;
@@ -73,6 +74,7 @@ struct Trial {
 
 pub(super) struct Stepper {
     pub(super) model: Model,
+    springs: Springs,
     facts: Facts,
     scratch: Data,
     pub(super) follower: Follower,
@@ -88,10 +90,12 @@ pub(super) struct Stepper {
     pub(super) next_key: u32,
     /// What each contact of MuJoCo's list does; -1 of one that took no part.
     pub(super) modes: Vec<i8>,
+    /// Was something soft in the last step?
+    pub(super) is_soft: bool,
 }
 
 impl Stepper {
-    pub(super) fn new(model: Model) -> Self {
+    pub(super) fn new(model: Model, springs: Springs) -> Self {
         let scratch = Data::scratch(&model);
         Self {
             facts: Facts::new(&model),
@@ -105,6 +109,8 @@ impl Stepper {
             live: Vec::new(),
             next_key: 0,
             modes: Vec::new(),
+            is_soft: false,
+            springs,
             model,
         }
     }
@@ -250,6 +256,8 @@ impl Stepper {
         };
         let Trial { touches, rows, motion, creeps, correction, ends, is_crowded } = trial;
         self.write(data, &touches, &rows, &motion);
+        self.is_soft =
+            touches.iter().any(|touch| touch.soft.is_some()) || rows.iter().any(|row| row.soft.is_some());
         let left = |(place, touch): (usize, &Touch)| {
             let bears = motion.impulses[place][0] > 0.0;
             Live::of(touch, data, creeps.left(data, touch, &motion, place), bears)
@@ -294,6 +302,7 @@ impl Stepper {
         let around = Around {
             model: &self.model,
             data,
+            springs: &self.springs,
             facts: &self.facts,
             follower: &self.follower,
             inertia: &self.inertia,
@@ -307,6 +316,7 @@ impl Stepper {
             rows: &rows,
             h,
             reach: h * scale.speed,
+            closed: CLOSED * scale.length,
             still: STILL * scale.speed,
         };
         let mut motion = Motion {

@@ -4,6 +4,7 @@ use super::facts::{Facts, body_of, mobility};
 use super::ffi::{ContactRef, Data, Model};
 use super::inertia::Inertia;
 use super::outside::{Follower, Outside};
+use super::softness::{Spring, Springs};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::HashMap;
 
@@ -11,6 +12,7 @@ use std::collections::HashMap;
 pub(super) struct Around<'a> {
     pub(super) model: &'a Model,
     pub(super) data: &'a Data,
+    pub(super) springs: &'a Springs,
     pub(super) facts: &'a Facts,
     pub(super) follower: &'a Follower,
     pub(super) inertia: &'a Inertia,
@@ -38,6 +40,8 @@ pub(super) struct Touch {
     /// How much an impulse along the normal moves a free point of its bodies (1/kg), and how much it moves these.
     pub(super) mobility: f64,
     pub(super) response: f64,
+    /// How its normal gives way, if the user has asked for that.
+    pub(super) soft: Option<Spring>,
     /// Is one of its bodies moved from outside?
     pub(super) is_driven: bool,
     /// Was it found at the end of the step?
@@ -178,7 +182,7 @@ impl Touch {
         rows: Option<&[f64]>,
         scratch: &mut Vec<f64>,
     ) -> Option<Self> {
-        let Around { model, data, facts, follower, inertia } = around;
+        let Around { model, data, springs, facts, follower, inertia } = around;
         let contact = data.contact(index);
         let (address, dim, nv) = (contact.address()?, contact.dim(), model.sizes.velocities);
         let rows = rows.unwrap_or_else(|| &data.efc_j()[address * nv..][..dim * nv]).to_vec();
@@ -223,6 +227,7 @@ impl Touch {
             friction: contact.friction(),
             mobility: bodies.map(|body| mobility(model, body)).iter().sum(),
             response: inertia.response(&rows[..nv], scratch),
+            soft: springs.of_contact(contact),
             is_driven: mocaps.iter().any(Option::is_some) || rows.chunks_exact(nv).any(writes),
             is_new: false,
             curve: 0.0,
@@ -242,6 +247,16 @@ impl Touch {
     /// Does something move it from outside?
     pub(super) fn is_moved(&self) -> bool {
         self.outside.iter().any(|&speed| speed != 0.0)
+    }
+
+    /// The velocities along its tangents (m/s).
+    pub(super) fn slip(&self, velocity: &[f64]) -> [f64; 2] {
+        let mut slip = [0.0; 2];
+        let tangents = self.rows.chunks_exact(velocity.len()).skip(1);
+        for (i, (slip, row)) in slip.iter_mut().zip(tangents).enumerate() {
+            *slip = dot(row, velocity) + self.outside[1 + i] + self.surface[i];
+        }
+        slip
     }
 
     /// Friction coefficient, 0 without tangents.

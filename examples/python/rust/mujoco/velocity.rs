@@ -3,11 +3,13 @@
 //! Overlaps ask for no speed here, so without motion from outside standing still is allowed: nothing contradicts, and no overlap
 //! becomes momentum.
 
+use super::creep::{SLIP, STICK};
 use super::engines::{Ask, Engines, Pass};
 use super::inertia::Inertia;
 use super::islands::Island;
 use super::pack::Pack;
 use super::rows::{Kind, Row};
+use super::softness::Spring;
 use super::sweeps;
 use super::touch::{Touch, largest};
 use std::collections::{HashMap, HashSet};
@@ -94,6 +96,8 @@ pub(super) struct Scene<'a> {
     pub(super) h: f64,
     /// What is open by more than this is not closed in a step (m, rad).
     pub(super) reach: f64,
+    /// What is open by no more is closed (m).
+    pub(super) closed: f64,
     /// A contact that opens or slips no faster bears as one that sticks (m/s): positions are rounded.
     pub(super) still: f64,
 }
@@ -120,8 +124,8 @@ impl<'a> Scene<'a> {
 
     /// How fast a row is led from outside.
     fn lead(&self, row: &Row) -> f64 {
-        let pulled = self.open(row).map_or(0.0, f64::abs);
-        row.outside.abs().max(pulled)
+        let pulled = self.open(row).or(row.soft.map(|_| row_offset(row, self.h)));
+        row.outside.abs().max(pulled.map_or(0.0, f64::abs))
     }
 
     /// Does something move it from outside?
@@ -207,7 +211,7 @@ impl VelocityPass {
         }
         if let Some((outcome, answer)) = found {
             ends.add(&outcome);
-            write(island, &answer, self.pack.dim, motion);
+            write(scene, island, &answer, self.pack.dim, motion);
             self.spare = answer;
         }
     }
@@ -259,7 +263,7 @@ impl VelocityPass {
         let touches = scene.touches(island).map(|touch| {
             let soft = softness_of(softness, touch.mobility, touch.is_moved());
             let lever = (LEVER * touch.mobility - touch.response).max(0.0);
-            [soft.max(lever), soft]
+            [soft.max(lever) + compliance_of(touch.soft, scene.h), soft]
         });
         let rows = scene.rows(island).map(|row| {
             let offset = match row.spring {
@@ -269,7 +273,7 @@ impl VelocityPass {
             let is_led = row.spring.is_some() || row.outside != 0.0;
             let compliance = match row.kind {
                 Kind::Friction => 0.0,
-                _ => softness_of(softness, row.mobility, is_led),
+                _ => softness_of(softness, row.mobility, is_led) + compliance_of(row.soft, scene.h),
             };
             [offset, compliance]
         });
@@ -353,7 +357,10 @@ fn has_no_answer(outcome: &Outcome) -> bool {
 fn speed(scene: &Scene<'_>, island: &Island, lead: impl Fn(&Row) -> f64) -> f64 {
     let inertia = scene.inertia;
     let energy: f64 = island.dofs.iter().map(|&dof| inertia.impulse[dof] * inertia.velocity[dof]).sum();
-    let touches = scene.touches(island).map(|touch| (largest(&touch.outside), touch.mobility));
+    let touches = scene.touches(island).map(|touch| {
+        let drive = if touch.soft.is_some() { offset(touch, scene.h) } else { touch.outside };
+        (largest(&drive), touch.mobility)
+    });
     let rows = scene.rows(island).map(|row| (lead(row), row.mobility));
     let drive = touches.chain(rows).filter(|&(_, mobility)| mobility > 0.0);
     energy.max(0.0).sqrt() + drive.map(|(speed, mobility)| speed / mobility.sqrt()).fold(0.0, f64::max)
@@ -382,13 +389,22 @@ fn softness_of(softness: Softness, mobility: f64, is_moved: bool) -> f64 {
     }
 }
 
-/// Velocities that close a gap in the step, and those of surfaces; an overlap asks for what comes from outside alone.
+/// What the user has asked for (1/kg).
+fn compliance_of(soft: Option<Spring>, h: f64) -> f64 {
+    soft.map_or(0.0, |spring| spring.compliance(h))
+}
+
+/// Velocities that close a gap in the step, and those of surfaces; an overlap asks for what comes from outside alone,
+/// or for what its spring does.
 fn offset(touch: &Touch, h: f64) -> [f64; 6] {
     let mut offset = touch.outside;
     for (offset, speed) in offset[1..].iter_mut().zip(touch.surface) {
         *offset += speed;
     }
-    offset[0] = closing(touch.gap, touch.outside[0], h);
+    offset[0] = match touch.soft {
+        Some(spring) if touch.gap < 0.0 => spring.offset(touch.gap, touch.outside[0], h),
+        _ => closing(touch.gap, touch.outside[0], h),
+    };
     offset
 }
 
@@ -398,19 +414,27 @@ fn closing(gap: f64, outside: f64, h: f64) -> f64 {
 
 fn row_offset(row: &Row, h: f64) -> f64 {
     match row.kind {
-        Kind::Equality => row.outside,
+        Kind::Equality => row.soft.map_or(row.outside, |spring| spring.offset(row.gap, row.outside, h)),
         Kind::Friction => 0.0,
         Kind::Limit => closing(row.gap, row.outside, h),
     }
 }
 
-fn write(island: &Island, answer: &Answer<f64>, dim: usize, motion: &mut Motion) {
+fn write(scene: &Scene<'_>, island: &Island, answer: &Answer<f64>, dim: usize, motion: &mut Motion) {
     for (&dof, &v) in island.dofs.iter().zip(&answer.v) {
         motion.velocity[dof] = v;
     }
     for (i, (&place, r)) in island.touches.iter().zip(answer.r.chunks_exact(dim)).enumerate() {
         motion.impulses[place][..dim].copy_from_slice(r);
         motion.modes[place] = answer.modes[i];
+        // Corners that have sagged by different lengths slip a little as what stands on them tilts.
+        let touch = &scene.touches[place];
+        if answer.modes[i] == SLIP
+            && touch.soft.is_some()
+            && largest(&touch.slip(&motion.velocity)) < scene.closed / scene.h
+        {
+            motion.modes[place] = STICK;
+        }
     }
     for (&place, &impulse) in island.rows.iter().zip(&answer.rows[0]) {
         motion.rows[place] = impulse;

@@ -95,6 +95,10 @@ impl ContactRef<'_> {
         self.of(self.data.library.layout.contact.frame)
     }
 
+    pub(in super::super) fn solref(self) -> [f64; 2] {
+        self.of(self.data.library.layout.contact.solref)
+    }
+
     pub(in super::super) fn friction(self) -> [f64; 5] {
         self.of(self.data.library.layout.contact.friction)
     }

@@ -74,6 +74,7 @@ arrays! {
     eq_obj2id: i32, equalities * 1;
     eq_objtype: i32, equalities * 1;
     actuator_trntype: i32, actuators * 1;
+    eq_solref: [f64; 2], equalities * 1;
     tendon_invweight0: f64, tendons * 1;
     jnt_margin: f64, joints * 1;
     tendon_margin: f64, tendons * 1;
