@@ -2,7 +2,6 @@
 
 use super::creep::STICK;
 use super::state::{Reader, Writer};
-use super::touch::largest;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use stiction::{Settings, Status};
@@ -38,10 +37,15 @@ pub(super) struct Ask {
     pub(super) least: Option<usize>,
 }
 
-/// How fast a contact moves that sticks, at most (m/s).
-fn slip(answer: &Answer<f64>, dim: usize) -> f64 {
-    let contacts = answer.u.chunks_exact(dim).zip(&answer.modes).filter(|&(_, &mode)| mode == STICK);
-    contacts.fold(0.0, |most, (u, _)| f64::max(most, largest(&u[..dim.min(3)])))
+/// How fast a contact moves that sticks, at most (m/s), along the rows that do not give way.
+fn slip(answer: &Answer<f64>, problem: &Problem<'_, f64>) -> f64 {
+    let contacts = answer.u.chunks_exact(problem.dim).zip(&answer.modes).enumerate();
+    let sticking = contacts.filter(|&(_, (_, &mode))| mode == STICK);
+    sticking.fold(0.0, |most, (i, (u, _))| {
+        let soft = |row: usize| problem.compliance.get(2 * i + row.min(1)).is_some_and(|&soft| soft > 0.0);
+        let rigid = u.iter().take(3).enumerate().filter(|&(row, _)| !soft(row));
+        rigid.fold(most, |most, (_, u)| most.max(u.abs()))
+    })
 }
 
 /// Rows of contacts that push and joint rows that hold: their impulses are unknown.
@@ -112,7 +116,7 @@ impl Engines {
         }
         let sizes = [problem.n, problem.contacts(), problem.dim, problem.rows.lower.len()];
         slot.engine.read(&mut answer.out(sizes));
-        let tolerance = (outcome.error * SHARE * still / slip(answer, problem.dim)).max(FINEST);
+        let tolerance = (outcome.error * SHARE * still / slip(answer, problem)).max(FINEST);
         if outcome.status == Status::Solved && outcome.error > tolerance {
             let finer = slot.engine.solve(&Settings { tolerance, budget: FEW, ..*settings }, false).ok()?;
             outcome.add(&finer.work);
