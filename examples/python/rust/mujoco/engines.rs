@@ -9,8 +9,8 @@ use stiction_kernels::engine::Engine;
 use stiction_kernels::problem::{Answer, Needs, Outcome, Problem};
 use stiction_kernels::sizes;
 
-/// A velocity is solved to this share of the tolerance, but not to less than the second number: what rests is then seen to rest, and
-/// residuals do not add up.
+/// Where nothing gives way, a velocity is solved to this share of the tolerance, but not to less than the second number: what rests is then
+/// seen to rest, and residuals do not add up.
 const FINER: f64 = 1e-3;
 const FINE: f64 = 1e-9;
 /// For how much work a solution is refined in which what sticks moves nevertheless, and to which error at the least.
@@ -103,7 +103,7 @@ impl Engines {
             slot.engine.reset();
         }
         slot.engine.load(problem).ok()?;
-        let tolerance = if pass == Pass::Velocity {
+        let tolerance = if pass == Pass::Velocity && problem.compliance.is_empty() {
             (FINER * settings.tolerance).max(FINE.min(settings.tolerance))
         } else {
             settings.tolerance
