@@ -2,9 +2,9 @@
 
 use crate::support::pad;
 use crate::support::random::{draws, numbers};
-use crate::support::sizes::{body_rows, point};
+use crate::support::sizes::{body, body_rows, point};
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, vector};
-use stiction::{Contact, Error, Factor, Real, Scene, Settings, Solution, Solver, Status};
+use stiction::{Contact, Error, Factor, Model, Real, Scene, Settings, Solution, Solver, Status};
 
 const WALL: f64 = 0.1; // m/s at which a gap is to open
 
@@ -237,6 +237,50 @@ fn no_solution_lets_a_wall_close_on_a_gripped_body() -> Result<(), Error> {
             let closing = solution.contacts.iter().map(|contact| -contact.velocity[0]).fold(0.0, f64::max);
             assert!(!solution.is_usable(1e-2) || closing <= 0.026, "{tolerance:e}, {budget}: {closing}");
         }
+    }
+    Ok(())
+}
+
+/// A one-way clutch: a plate of 1 kg is pulled along x by 300 N, a ball of 20 g on it is drawn under a ramp, at `share` of the angle up to
+/// which it locks. The plate and the ramp then press it by `F / tan(angle / 2)`, however large the force.
+fn clutch(share: f64) -> Result<(body::Scene<f64>, SVector<f64, 6>, f64), Error> {
+    let (step, mass, radius, mu): (f64, f64, f64, f64) = (1e-3, 0.02, 0.01, 0.2);
+    let angle = share * 2.0 * mu.atan();
+    let (sin, cos) = angle.sin_cos();
+    // The plate's x; the ball's x, z and turn about y, by which a point p moves at (p_z, -p_x).
+    let row = |[plate, x, z, turn]: [f64; 4]| vector![plate, x, z, turn, 0.0, 0.0];
+    let masses = row([1.0, mass, mass, 0.4 * mass * radius * radius]);
+    let mut scene = body::Scene::new();
+    scene.set_velocities(4)?;
+    scene.set_mass(&Matrix6::from_diagonal(&masses))?;
+    let plate = [row([0.0, 0.0, 1.0, 0.0]), row([-1.0, 1.0, 0.0, -radius])];
+    let ramp = [row([0.0, -sin, -cos, 0.0]), row([0.0, cos, -sin, radius])];
+    for [normal, tangent] in [plate, ramp] {
+        let jacobian = SMatrix::from_rows(&[normal.transpose(), tangent.transpose(), SMatrix::zeros()]);
+        scene.push(&Contact { jacobian, offset: Vector3::zeros(), mu, key: 0 })?;
+    }
+    let load = 300.0 * step;
+    Ok((scene, row([load, 0.0, -mass * 9.81 * step, 0.0]), load / (angle / 2.0).tan()))
+}
+
+#[test]
+fn a_clutch_locks_in_a_budget_or_by_its_relaxation() -> Result<(), Error> {
+    for share in [0.5, 0.8, 0.9, 0.95] {
+        let (scene, push, pressed) = clutch(share)?;
+        let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
+        let locks = |solution: &Solution<f64, 6, 3, 4, 0>| {
+            let presses =
+                solution.contacts.iter().all(|contact| (contact.impulse[0] / pressed - 1.0).abs() < 1e-3);
+            solution.status == Status::Solved && solution.velocity[0].abs() < 1e-5 && presses
+        };
+        let law = Settings { budget: 10_000, ..Settings::new(1e-9) };
+        assert!(locks(solver.solve(&scene, &factor, &push, &law)?), "{share}");
+        // All can stay, so the relaxation has the same solution, and needs far less.
+        solver.reset();
+        let relaxation = Settings { budget: 200, model: Model::ConvexRelaxation, ..law };
+        assert!(locks(solver.solve(&scene, &factor, &push, &relaxation)?), "{share}");
+        let again = solver.solve(&scene, &factor, &push, &Settings { budget: 20, ..law })?;
+        assert!(locks(again), "{share}: {again:?}");
     }
     Ok(())
 }
