@@ -13,7 +13,7 @@ const MANY: usize = 24;
 const DIRECTIONS: u32 = 8;
 
 /// How far apart normals of one face may be: of a flat one, and, where there is no room for all, of a round one.
-const FLAT: f64 = 1e-4;
+pub(super) const FLAT: f64 = 1e-4;
 const ROUND: f64 = 0.5;
 /// What overlaps by more than this share of the model's length does so for good.
 const DEEP: f64 = 1e-3;
