@@ -116,7 +116,7 @@ pub(crate) fn push_on_surface<
 pub static DOUBLE: &[Entry<f64>] = sizes! {
     f64;
     plain:
-        (6, 3, 8, 6, 8) (18, 3, 16, 30, 16) (36, 3, 24, 48, 24) (60, 3, 64, 96, 64) (144, 3, 64, 96, 64)
+        (6, 3, 8, 6, 8) (18, 3, 16, 30, 16) (36, 3, 24, 48, 24) (60, 3, 64, 96, 64) (288, 3, 96, 96, 96)
         (36, 2, 16, 48, 16)
         (36, 1, 16, 48, 16);
     on_surface:
@@ -128,18 +128,13 @@ pub static DOUBLE: &[Entry<f64>] = sizes! {
 pub static SINGLE: &[Entry<f32>] = sizes! {
     f32;
     plain:
-        (6, 3, 8, 6, 8) (18, 3, 16, 30, 16) (36, 3, 24, 48, 24) (144, 3, 64, 96, 64)
+        (6, 3, 8, 6, 8) (18, 3, 16, 30, 16) (36, 3, 24, 48, 24) (288, 3, 96, 96, 96)
         (36, 2, 16, 48, 16)
         (36, 1, 16, 48, 16);
     on_surface:
         (36, 4, 16, 48, 16)
         (36, 6, 24, 48, 24) (96, 6, 64, 96, 64);
 };
-
-/// The most contacts of so many rows that any of `f64` has.
-pub fn most_contacts(dim: usize) -> usize {
-    of_dim::<f64>(dim).map(|size| size.contacts).max().unwrap_or(0)
-}
 
 /// Has a kernel of `f64` of so many rows a contact room for so many velocities?
 pub fn has_room(velocities: usize, dim: usize) -> bool {

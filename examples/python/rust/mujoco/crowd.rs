@@ -2,7 +2,6 @@
 
 use super::touch::Touch;
 use nalgebra::Vector3;
-use stiction_kernels::sizes;
 
 /// Up to so many contacts nothing is left out, nor of a pair of faces.
 const FEW: usize = 8;
@@ -18,14 +17,11 @@ const ROUND: f64 = 0.5;
 /// What overlaps by more than this share of the model's length does so for good.
 const DEEP: f64 = 1e-3;
 
-/// Leaves out contacts of an island: those inside of a face, of a round one only where there are many. `true` if there are still more
-/// than any kernel has room for.
-pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], length: f64) -> bool {
+/// Leaves out contacts of an island: those inside of a face, of a round one only where there are many.
+pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], length: f64) {
     if island.len() > FEW {
         thin_faces(island, touches, (FLAT, f64::INFINITY), DIRECTIONS);
     }
-    let dim = if island.iter().all(|&place| touches[place].dim <= 3) { 3 } else { 6 };
-    let most = sizes::most_contacts(dim);
     for (directions, enough, highest) in [
         (DIRECTIONS, MANY, f64::INFINITY),
         (DIRECTIONS / 2, MANY, f64::INFINITY),
@@ -37,7 +33,6 @@ pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], length: f64) -> b
             thin_faces(island, touches, (ROUND, highest), directions);
         }
     }
-    island.len() > most
 }
 
 /// Leaves out what is inside of faces whose contacts all have at most a gap.
