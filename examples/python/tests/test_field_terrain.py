@@ -45,6 +45,49 @@ def test_seams_of_tiles_are_no_walls(shape: str, h: float) -> None:
     assert path[:, 2].max() < max(plain[:, 2].max(), 0.03) + 1e-6
 
 
+THROWN = {
+    "marble": '<geom size=".008" mass=".0167" friction=".6 0 0"/>',
+    "box": '<geom type="box" size=".008 .008 .008" mass=".0167" friction=".05 0 0"/>',
+    "capsule": '<geom type="capsule" fromto="-.02 0 0 .02 0 0" size=".008" mass=".0167" friction=".05 0 0"/>',
+}
+
+
+@pytest.mark.parametrize(("shape", "turned"), [("marble", 0.0), ("box", 0.0), ("box", np.pi / 4), ("capsule", 0.0)])
+@pytest.mark.parametrize(
+    ("size", "speed", "h"), [(40, 2, 1 / 60), (40, 5, 0.005), (40, -5, 0.01), (40, 10, 0.005), (100, 5, 1 / 60), (100, 10, 1 / 60)]
+)
+def test_seams_do_not_act_however_far_a_step_leads(shape: str, turned: float, size: int, speed: float, h: float) -> None:
+    """Up to four tiles in a step, each starting elsewhere: the height stays, a marble rolls on, others lose what friction takes."""
+    mu = 0.6 if shape == "marble" else 0.05
+    tiles = "".join(
+        f'<geom type="box" size="{size / 2000} .1 .01" pos="{i * size / 1000:.3f} 0 -.01" friction="{mu} 0 0"/>'
+        for i in range(-round(4000 / size), round(4000 / size))
+    )
+    half = np.cos(turned / 2), np.sin(turned / 2)
+    for start in (0.0, 0.3, 0.5, 0.8):
+        x, steps = start * size / 1000, round(min(0.5, 3 / abs(speed)) / h)
+        body = f'<body pos="{x} 0 .008" quat="{half[0]} 0 0 {half[1]}"><freejoint/>{THROWN[shape]}</body>'
+        s = scene(tiles + body, h=h)
+        s.data.qvel[0] = speed
+        lost = mu * G * steps * h
+        if shape == "marble":
+            s.data.qvel[4], lost = speed / 0.008, 0.0
+        for _ in range(steps):
+            assert abs(s.step().qpos[2] - 0.008) < 1e-4
+        assert abs(s.data.qvel[0]) == pytest.approx(abs(speed) - lost, abs=1e-3) and s.is_clean()
+
+
+@pytest.mark.parametrize(("speed", "h"), [(5, 0.005), (10, 0.005), (10, 1 / 60)])
+def test_a_wall_behind_seams_stops_what_comes_far_in_a_step(speed: float, h: float) -> None:
+    tiles = "".join(f'<geom type="box" size=".02 .1 .01" pos="{i / 25} 0 -.01" friction=".05 0 0"/>' for i in range(-5, 11))
+    wall = '<geom type="box" size=".005 .1 .2" pos=".425 0 .1" friction=".05 0 0"/>'
+    for start in (0.0, 0.007, 0.02, 0.027):
+        s = scene(f'{tiles}{wall}<body pos="{start} 0 .008"><freejoint/>{THROWN["box"]}</body>', h=h)
+        s.data.qvel[0] = speed
+        s.step(round(0.2 / h))
+        assert np.abs(s.data.qpos[:3] - [0.412, 0, 0.008]).max() < 1e-5 and np.abs(s.data.qvel).max() < 1e-3
+
+
 @pytest.mark.parametrize("turned", [0.0, 0.3])
 @pytest.mark.parametrize("cells", [20, 100, 200, 300])
 def test_a_flat_height_field_is_a_plane(cells: int, turned: float) -> None:

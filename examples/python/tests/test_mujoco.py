@@ -465,8 +465,8 @@ def test_of_many_contacts_those_that_are_reached_are_solved() -> None:
 
 
 def test_a_crowd_is_counted() -> None:
-    """A plate on seventy balls, and room for 64 contacts of an island."""
-    balls = "".join(f'<geom size=".1" pos="{i % 10 / 2} {i // 10 / 2} 0"/>' for i in range(70))
+    """A plate on a hundred balls, and room for 96 contacts of an island."""
+    balls = "".join(f'<geom size=".1" pos="{i % 10 / 2} {i // 10 / 2} 0"/>' for i in range(100))
     model, data = build(FLOOR + f'<body pos="0 0 .09999"><freejoint/>{balls}</body>')
     stepper = Stepper(model)
     stepper.step(data, 5)
@@ -479,4 +479,45 @@ def test_what_is_larger_than_all_sizes_is_counted() -> None:
     model, data = build(FLOOR + "".join(BOX.replace("0 0 .05", f"0 0 {0.05 + 0.1 * i}") for i in range(30)))
     stepper = Stepper(model)
     stepper.step(data, 20)
-    assert stepper.unsolved >= 18 and np.abs(data.qpos[2::7] - np.arange(0.05, 3.0, 0.1)).max() < 0.01
+    assert stepper.unsolved == stepper.crowded >= 18 and np.abs(data.qpos[2::7] - np.arange(0.05, 3.0, 0.1)).max() < 0.01
+
+
+def row_of_balls(condim: int) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """Make thirty balls that press on each other and touch the floor: 180 velocities of one island, 59 contacts."""
+    geom = f'<geom size=".05" mass="1" condim="{condim}" friction=".5 .01 .01"/>'
+    return build(FLOOR + "".join(f'<body pos="{i * 0.0999999} 0 .05"><freejoint/>{geom}</body>' for i in range(30)))
+
+
+def test_velocities_are_no_bound_where_contacts_are_few() -> None:
+    model, data = row_of_balls(3)
+    stepper = Stepper(model, tol=1e-9)
+    stepper.step(data, 20)
+    assert stepper.unsolved == stepper.fallbacks == stepper.crowded == 0
+    assert np.abs(data.qfrc_constraint[2::6] - 9.81).max() < 1e-6 and np.abs(data.qvel).max() < 1e-8
+
+
+def test_too_many_velocities_are_a_crowd() -> None:
+    """Contacts of six rows: room for 96."""
+    model, data = row_of_balls(6)
+    stepper = Stepper(model)
+    stepper.step(data, 5)
+    assert stepper.crowded == stepper.fallbacks == 5 and np.abs(data.qpos[2::7] - 0.05).max() < 1e-3
+
+
+@pytest.mark.parametrize("count", [25, 28])
+def test_marbles_in_a_bin_lie_still(count: int) -> None:
+    """150 and 168 velocities of one island."""
+    random, sides = np.random.default_rng(1), ((1, 0), (-1, 0), (0, 1), (0, -1))
+    walls = "".join(
+        f'<geom type="box" size="{0.01 if x else 0.055} {0.01 if y else 0.055} .3" pos="{0.045 * x} {0.045 * y} .3"/>'
+        for x, y in sides
+    )
+    marbles = ""
+    for i in range(count):
+        x, y = 0.02 * (np.array([i % 3, i // 3 % 3]) - 1) + random.normal(size=2) * 1e-3
+        marbles += f'<body pos="{x} {y} {0.03 + 0.028 * (i // 9)}"><freejoint/><geom size=".01" mass=".01"/></body>'
+    model, data = build(f'<geom type="plane" size="1 1 .1"/>{walls}{marbles}', h=0.004)
+    stepper = Stepper(model, tol=1e-6)
+    stepper.step(data, 200)
+    assert stepper.fallbacks == stepper.crowded == 0 and stepper.worst_error < 1e-3
+    assert deepest_of(model, data) > -1e-6 and np.abs(data.qvel.reshape(-1, 6)[:, :3]).max() < 0.01

@@ -90,8 +90,8 @@ class Stepper:
         self.contradictions = 0
         #: Steps in which the exact law had no usable answer and all contacts gave way a little.
         self.fallbacks = 0
-        #: Steps in which an island had more contacts than any kernel has room for, so that all gave way a little. They are not
-        #: solved, with an infinite error.
+        #: Steps in which no compiled size held the contacts, velocities and joint rows of an island, so that all contacts gave way
+        #: a little. They are not solved, with an infinite error.
         self.crowded = 0
         #: Steps in which something moved farther than contacts are looked for on its way.
         self.blind = 0

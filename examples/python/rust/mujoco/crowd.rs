@@ -14,19 +14,17 @@ const MANY: usize = 24;
 const DIRECTIONS: u32 = 8;
 
 /// How far apart normals of one face may be: of a flat one, and, where there is no room for all, of a round one.
-const FLAT: f64 = 1e-4;
+pub(super) const FLAT: f64 = 1e-4;
 const ROUND: f64 = 0.5;
 /// What overlaps by more than this share of the model's length does so for good.
 const DEEP: f64 = 1e-3;
 
-/// Leaves out contacts of an island: those inside of a face, of a round one only where there are many. `true` if there are still more
-/// than any kernel has room for.
-pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], length: f64) -> bool {
-    let dim = if island.iter().all(|&place| touches[place].dim <= 3) { 3 } else { 6 };
-    let most = sizes::most_contacts(dim);
-    // What is soft bears at each of its points.
+/// Leaves out contacts of an island: those inside of a face, of a round one only where there are many. What is soft bears at each of its
+/// points, as far as there is room.
+pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], length: f64) {
     let is_soft = island.iter().any(|&place| touches[place].soft.is_some());
-    let [few, many] = if is_soft { [most; 2] } else { [FEW, MANY] };
+    let dim = if island.iter().all(|&place| touches[place].dim <= 3) { 3 } else { 6 };
+    let [few, many] = if is_soft { [sizes::most_contacts(dim); 2] } else { [FEW, MANY] };
     if island.len() > few {
         thin_faces(island, touches, (FLAT, f64::INFINITY), DIRECTIONS);
     }
@@ -41,7 +39,6 @@ pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], length: f64) -> b
             thin_faces(island, touches, (ROUND, highest), directions);
         }
     }
-    island.len() > most
 }
 
 /// Leaves out what is inside of faces whose contacts all have at most a gap.

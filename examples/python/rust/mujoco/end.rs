@@ -1,8 +1,9 @@
 //! What overlaps at the end of the step and is not in the scene.
 
-use super::facts::{Facts, MOST_POSES, body_of, is_side_of_prism};
+use super::crowd::FLAT;
+use super::facts::{Facts, MOST_POSES, TURN, body_of, is_side_of_prism};
 use super::ffi::{ContactRef, Data, Model, OwnedContact};
-use super::touch::{Face, Taken, Touch, dot, pose};
+use super::touch::{Face, Taken, Touch, dot, nearest_first, pose};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::HashMap;
 
@@ -17,6 +18,12 @@ impl There {
     /// The gap at the start of the step, as its row sees it.
     pub(super) fn gap_before(&self, h: f64) -> f64 {
         self.gap - h * dot(&self.rows[..self.velocity.len()], &self.velocity)
+    }
+
+    /// The share of the way to its pose after which it touches: 0 if it has done so all along.
+    fn touches_after(&self, h: f64) -> f64 {
+        let before = self.gap_before(h).max(0.0);
+        before / (before - self.gap)
     }
 }
 
@@ -58,6 +65,8 @@ const MOST_NEW: usize = 64;
 /// Contacts of a pair as near as this are one: over the model's length, those of the scene and those found.
 const NEAR_KNOWN: f64 = 0.05;
 const NEAR_FOUND: f64 = 1e-3;
+/// Touches as near as this in time are one, over the way to their pose.
+const AT_ONCE: f64 = 1e-6;
 
 /// An overlap at a pose.
 struct Overlap {
@@ -66,8 +75,20 @@ struct Overlap {
     /// How deep is only what its path has of a curve (m).
     deepest: f64,
     face: Face,
+    /// Is something round that turns?
+    rolls: bool,
     place: Vector3<f64>,
     known: Option<usize>,
+}
+
+/// A contact that is told of for the first time.
+struct Met {
+    /// Its place among what is seen.
+    seen: usize,
+    face: Face,
+    place: Vector3<f64>,
+    /// The share of the way to its pose after which it touches.
+    after: f64,
 }
 
 impl Lookout<'_> {
@@ -117,6 +138,11 @@ impl Lookout<'_> {
                 for overlap in overlaps {
                     is_doubtful |= !self.tell(step, scratch, overlap, share, &mut seen, &mut found);
                 }
+                if step.takes_anew {
+                    for late in found.iter().filter(|met| self.is_late(met, &found)).rev() {
+                        seen.remove(late.seen);
+                    }
+                }
                 // Where it goes from there is not known yet.
                 if !seen.is_empty() {
                     return (seen, is_blind);
@@ -144,6 +170,7 @@ impl Lookout<'_> {
                     index,
                     depth,
                     deepest: 0.0,
+                    rolls: false,
                     face: Face::of(contact),
                     place: contact.place().into(),
                     known: None,
@@ -165,30 +192,42 @@ impl Lookout<'_> {
         let mut pairs = Vec::new();
         for (i, overlap) in overlaps.iter_mut().enumerate() {
             let [one, other] = overlap.face.geoms.map(|geom| &moved[geom]);
+            let around = overlap.face.geoms.map(|geom| moved[geom].turned * self.model.geom_rbound()[geom]);
             // Corners and edges come along with their bodies, contacts of what is round do not.
             let has_corners = overlap.face.geoms.iter().all(|&geom| self.facts.has_corners(geom));
             let turned = one.curve + other.curve;
-            let far = if has_corners { turned } else { 2.0 * (one.most + other.most) };
+            let far = if has_corners { around[0] + around[1] } else { 2.0 * (one.most + other.most) };
             let reach = NEAR_KNOWN * self.length + far;
+            overlap.rolls = !has_corners && one.turned.max(other.turned) > TURN;
             overlap.deepest = NEAR_FOUND * self.length + turned;
-            for (j, touch) in touches.iter().enumerate() {
+            for (j, touch) in touches.iter().enumerate().filter(|(_, touch)| touch.face.is(&overlap.face)) {
                 let distance = came_along(touch, step.data, scratch)
                     .map(|place| (place - overlap.place).norm())
                     .fold(f64::INFINITY, f64::min);
-                let is_it = touch.face.is(&overlap.face) && distance < reach;
                 let depth = touch.depth_after(step.velocity, time).max(-touch.gap);
-                if is_it && overlap.depth < depth + overlap.deepest {
+                if distance < reach && overlap.depth < depth + overlap.deepest {
                     pairs.push((distance, i, j));
                 }
             }
         }
-        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut is_used = vec![false; touches.len()];
-        for (_, i, j) in pairs {
-            if overlaps[i].known.is_none() && !is_used[j] {
-                (overlaps[i].known, is_used[j]) = (Some(j), true);
-            }
+        for (i, j) in nearest_first(pairs) {
+            overlaps[i].known = Some(j);
         }
+    }
+
+    /// Is a geom met by another face before? Then it may be met here only because that does not bear yet: what slides from tile to tile
+    /// sinks below their faces in free fall, and meets the side of the next.
+    fn is_late(&self, met: &Met, found: &[Met]) -> bool {
+        found.iter().any(|other| {
+            other.after + AT_ONCE < met.after
+                && (other.face.normal - met.face.normal).norm() > FLAT
+                && self.share(&other.face, &met.face)
+        })
+    }
+
+    /// Have faces a geom in common that may move?
+    fn share(&self, one: &Face, other: &Face) -> bool {
+        one.geoms.iter().any(|&geom| other.geoms.contains(&geom) && self.facts.moves(geom))
     }
 
     /// Tells of an overlap; `false` if it is not known which side was entered.
@@ -199,7 +238,7 @@ impl Lookout<'_> {
         overlap: Overlap,
         share: f64,
         seen: &mut Vec<Seen>,
-        found: &mut Vec<([usize; 2], Vector3<f64>)>,
+        found: &mut Vec<Met>,
     ) -> bool {
         let known = overlap.known.map(|known| &step.touches[known]);
         if let Some(known) = known {
@@ -218,33 +257,47 @@ impl Lookout<'_> {
         let near = |place: Vector3<f64>| (place - overlap.place).norm() < NEAR_FOUND * self.length;
         if known.is_none() {
             if seen.len() == MOST_NEW
-                || found.iter().any(|&(geoms, place)| geoms == overlap.face.geoms && near(place))
+                || found.iter().any(|met| met.face.geoms == overlap.face.geoms && near(met.place))
             {
                 return true;
             }
+            // What touched this side of a geom as the step began bears together, or the geom would tip.
             let is_it = |&(index, contact): &(usize, ContactRef<'_>)| {
-                let distance = (Vector3::from(contact.place()) - overlap.place).norm();
+                let face = Face::of(contact);
+                let mut sides = contact.geoms().into_iter().zip(scratch.contact(overlap.index).geoms());
+                let mut shares = || sides.any(|(one, other)| one == other && self.facts.moves(one));
                 !step.taken.contains_key(&index)
-                    && !seen.iter().any(|seen| matches!(seen, Seen::Listed(other) if *other == index))
-                    && Face::of(contact).is(&overlap.face)
-                    && distance < NEAR_KNOWN * self.length
+                    && !contact.is_excluded()
+                    && !self.is_ghost(step.data, contact)
+                    && face.looks_as(&overlap.face)
+                    && (face.geoms == overlap.face.geoms || shares())
             };
-            if let Some((listed, _)) = step.data.contacts().enumerate().find(is_it) {
-                found.push((overlap.face.geoms, overlap.place));
-                seen.push(Seen::Listed(listed));
+            let mut is_listed = false;
+            for (listed, contact) in step.data.contacts().enumerate().filter(is_it) {
+                let face = Face::of(contact);
+                is_listed |= face.geoms == overlap.face.geoms;
+                if !seen.iter().any(|seen| matches!(seen, Seen::Listed(other) if *other == listed)) {
+                    found.push(Met { seen: seen.len(), face, place: contact.place().into(), after: 0.0 });
+                    seen.push(Seen::Listed(listed));
+                }
+            }
+            if is_listed {
                 return true;
             }
         }
         let contact = scratch.contact(overlap.index);
         let velocity = step.velocity.iter().map(|v| v * share).collect();
-        let there =
-            There { gap: contact.gap(self.grown), rows: jacobian(self.model, scratch, contact), velocity };
+        let gap = contact.gap(self.grown);
+        // It rolls about its own surface, and not about the middle of an overlap.
+        let apart = if overlap.rolls { gap } else { 0.0 };
+        let there = There { gap, rows: jacobian(self.model, scratch, contact, apart), velocity };
         // What would have overlapped all along is the wrong side of what was entered.
         if there.gap_before(self.model.step()) < -overlap.deepest {
             return false;
         }
         if known.is_none() {
-            found.push((overlap.face.geoms, overlap.place));
+            let after = there.touches_after(self.model.step());
+            found.push(Met { seen: seen.len(), face: overlap.face, place: overlap.place, after });
         }
         // With a distance that MuJoCo takes for a contact.
         let copy = OwnedContact::new(contact, -self.slop, 0.0);
@@ -273,6 +326,7 @@ fn came_along<'a>(
 /// How far a geom moves in a step, at most (m), and how far from a line.
 pub(super) struct Moved {
     pub(super) most: f64,
+    pub(super) turned: f64,
     curve: f64,
 }
 
@@ -284,16 +338,18 @@ fn moved(model: &Model, before: &Data, after: &Data) -> Vec<Moved> {
         let along = (Vector3::from(*q) - Vector3::from(*p)).norm();
         let turned = (Matrix3::from_row_slice(b) - Matrix3::from_row_slice(a)).norm();
         let most = along + turned * radius;
-        Moved { most, curve: turned * most }
+        Moved { most, turned, curve: turned * most }
     })
     .collect()
 }
 
-/// The Jacobian of a contact where the data is.
-fn jacobian(model: &Model, data: &Data, contact: ContactRef<'_>) -> Vec<f64> {
+/// The Jacobian of a contact where the data is, of surfaces so far apart (m).
+fn jacobian(model: &Model, data: &Data, contact: ContactRef<'_>, apart: f64) -> Vec<f64> {
     let nv = model.sizes.velocities;
-    let [first, second] =
-        contact.geoms().map(|geom| data.jacobian(model, contact.place(), body_of(model, geom)));
+    let half = Vector3::from(contact.frame()[0]) * (apart / 2.0);
+    let of = |geom: usize, surface: Vector3<f64>| data.jacobian(model, surface.into(), body_of(model, geom));
+    let (place, [one, other]) = (Vector3::from(contact.place()), contact.geoms());
+    let [first, second] = [of(one, place - half), of(other, place + half)];
     let mut rows = Vec::with_capacity(contact.dim() * nv);
     for i in 0..contact.dim() {
         let (axis, kind) = (contact.frame()[i % 3], i / 3);

@@ -64,16 +64,27 @@ impl Facts {
         self.has_corners[geom]
     }
 
+    /// May it move?
+    pub(super) fn moves(&self, geom: usize) -> bool {
+        self.moves[geom]
+    }
+
     pub(super) fn mocap(&self, body: usize) -> Option<usize> {
         self.mocap[body]
     }
 
     /// At how many poses of a step contacts are looked for, if geoms move by so much: one at the end, more if something moves by
-    /// more than its thickness and that of the thinnest geom, or two move so against each other. And whether these are not enough.
+    /// more than its thickness and that of the thinnest geom, or two move so against each other, and more still if what has corners turns
+    /// on that way. And whether these are not enough.
     pub(super) fn poses(&self, moved: &[Moved]) -> (u32, bool) {
-        let geoms = || (moved.iter().zip(&self.thickness).zip(&self.moves)).filter(|&(_, &moves)| moves);
+        let all = || moved.iter().zip(&self.thickness).zip(&self.has_corners).zip(&self.moves);
+        let geoms = || all().filter(|&(_, &moves)| moves).map(|(geom, _)| geom);
         let of = |by: f64, thickness: f64| by / (thickness + self.thinnest);
-        let alone = geoms().map(|((moved, &thickness), _)| of(moved.most, thickness)).fold(1.0, f64::max);
+        let own = |((moved, &thickness), &has_corners): ((&Moved, &f64), &bool)| {
+            let far = of(moved.most, thickness);
+            if far > 1.0 && has_corners { far.max(moved.turned / TURN) } else { far }
+        };
+        let alone = geoms().map(own).fold(1.0, f64::max);
         let pairs = geoms().enumerate().flat_map(|(i, ((one, &thin), _))| {
             let others = geoms().take(i);
             others.map(move |((other, &thick), _)| (one.most + other.most) / (thin + thick))
@@ -85,6 +96,8 @@ impl Facts {
     }
 }
 
+/// What has corners and moves far turns by no more than this between two poses; what is round and turns by more in a step rolls (1).
+pub(super) const TURN: f64 = 0.07;
 /// The most poses of a step that contacts are looked for at as far as things move; what needs more is counted.
 const MOST_FAR: u32 = 256;
 /// And as deep as things have entered.

@@ -41,7 +41,6 @@ const SAME: f64 = 1e-9;
 /// How a step ended.
 pub(super) struct Report {
     pub(super) ends: Ends,
-    pub(super) is_crowded: bool,
     /// Did something move farther than contacts are looked for?
     pub(super) is_blind: bool,
 }
@@ -69,7 +68,6 @@ struct Trial {
     creeps: Creeps,
     correction: Vec<f64>,
     ends: Ends,
-    is_crowded: bool,
 }
 
 pub(super) struct Stepper {
@@ -254,7 +252,7 @@ impl Stepper {
                 self.push(data, &found)?;
             }
         };
-        let Trial { touches, rows, motion, creeps, correction, ends, is_crowded } = trial;
+        let Trial { touches, rows, motion, creeps, correction, ends } = trial;
         self.write(data, &touches, &rows, &motion);
         self.is_soft =
             touches.iter().any(|touch| touch.soft.is_some()) || rows.iter().any(|row| row.soft.is_some());
@@ -271,7 +269,7 @@ impl Stepper {
             self.model.integrate(data.qpos_mut(), &correction, h);
         }
         self.follower.keep(data);
-        Ok(Report { ends, is_crowded, is_blind: found.is_blind })
+        Ok(Report { ends, is_blind: found.is_blind })
     }
 
     /// Computes all forces but those of constraints. Suction is spread over the corners of what is closed.
@@ -328,10 +326,10 @@ impl Stepper {
         if is_first {
             self.position_pass.locks.count_down();
         }
-        let (mut ends, mut correction, mut is_crowded) = (Ends::NONE, vec![0.0; nv], false);
+        let (mut ends, mut correction) = (Ends::NONE, vec![0.0; nv]);
         let mut islands = islands(&self.inertia, &touches, &rows, nv);
         for island in &mut islands {
-            is_crowded |= thin(&mut island.touches, &touches, scale.length);
+            thin(&mut island.touches, &touches, scale.length);
             let engines = &mut self.engines;
             self.velocity_pass.solve(&scene, island, engines, settings, &mut motion, &mut ends);
         }
@@ -349,7 +347,7 @@ impl Stepper {
                 creeps.taken_back(island);
             }
         }
-        Trial { touches, rows, motion, creeps, correction, ends, is_crowded }
+        Trial { touches, rows, motion, creeps, correction, ends }
     }
 
     /// Looks at where a trial leads, and adds what it has not seen; `false` if there is nothing.

@@ -25,7 +25,7 @@ impl Tally {
         self.steps += 1;
         self.contradictions += usize::from(ends.contradicts);
         self.fallbacks += usize::from(ends.gave_way);
-        self.crowded += usize::from(report.is_crowded);
+        self.crowded += usize::from(ends.is_crowded);
         self.blind += usize::from(report.is_blind);
         if ends.status != Status::Solved {
             self.unsolved += 1;

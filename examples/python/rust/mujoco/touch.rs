@@ -66,7 +66,11 @@ impl Face {
 
     /// Is it a face of the same geoms, that looks the same way?
     pub(super) fn is(&self, other: &Self) -> bool {
-        self.geoms == other.geoms && self.normal.dot(&other.normal) > SAME_NORMAL
+        self.geoms == other.geoms && self.looks_as(other)
+    }
+
+    pub(super) fn looks_as(&self, other: &Self) -> bool {
+        self.normal.dot(&other.normal) > SAME_NORMAL
     }
 }
 

@@ -59,11 +59,19 @@ pub(super) struct Ends {
     pub(super) work: usize,
     pub(super) contradicts: bool,
     pub(super) gave_way: bool,
+    /// Is there an island that no compiled size holds?
+    pub(super) is_crowded: bool,
 }
 
 impl Ends {
-    pub(super) const NONE: Self =
-        Self { status: Status::Solved, error: 0.0, work: 0, contradicts: false, gave_way: false };
+    pub(super) const NONE: Self = Self {
+        status: Status::Solved,
+        error: 0.0,
+        work: 0,
+        contradicts: false,
+        gave_way: false,
+        is_crowded: false,
+    };
 
     fn add(&mut self, outcome: &Outcome) {
         self.work += outcome.work.total();
@@ -158,6 +166,7 @@ impl VelocityPass {
         let is_moved = scene.is_moved(island);
         self.fill(scene, island);
         self.pack.reduce(scene.inertia);
+        ends.is_crowded |= sizes::index::<f64>(&self.pack.problem().needs()).is_err();
         let mut found = None;
         let blocked_for =
             self.blocked.remove(&name).filter(|_| is_moved || scene.is_open(island)).map(|steps| steps + 1);
