@@ -5,7 +5,7 @@ use super::facts::{Facts, MOST_POSES, TURN, body_of, is_side_of_prism};
 use super::ffi::{ContactRef, Data, Model, OwnedContact};
 use super::touch::{Face, Taken, Touch, dot, nearest_first, pose};
 use nalgebra::{Matrix3, Vector3};
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 /// A contact where it was found.
 pub(super) struct There {
@@ -55,7 +55,7 @@ pub(super) struct Step<'a> {
     pub(super) velocity: &'a [f64],
     /// Contacts that take part, and their places in MuJoCo's list.
     pub(super) touches: &'a [Touch],
-    pub(super) taken: &'a HashMap<usize, Taken>,
+    pub(super) taken: &'a BTreeMap<usize, Taken>,
     /// May rows of contacts that were found before be taken anew?
     pub(super) takes_anew: bool,
 }

@@ -16,7 +16,7 @@ use super::softness::Springs;
 use super::touch::{Around, Face, Known, Live, NEAR, Taken, Touch, largest};
 use super::velocity::{Ends, Motion, Scene, VelocityPass};
 use nalgebra::Vector3;
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashSet};
 use stiction::Settings;
 
 /// Lengths over the model's own: contacts are listed up to this gap; contacts of the last step are listed up to this gap; a position
@@ -81,7 +81,7 @@ pub(super) struct Stepper {
     pub(super) velocity_pass: VelocityPass,
     pub(super) position_pass: PositionPass,
     /// Contacts that take part, by their places in MuJoCo's list.
-    taken: HashMap<usize, Taken>,
+    taken: BTreeMap<usize, Taken>,
     /// The contacts of the last step.
     pub(super) live: Vec<Live>,
     /// The key of the next contact that is new.
@@ -103,7 +103,7 @@ impl Stepper {
             engines: Engines::default(),
             velocity_pass: VelocityPass::default(),
             position_pass: PositionPass::default(),
-            taken: HashMap::new(),
+            taken: BTreeMap::new(),
             live: Vec::new(),
             next_key: 0,
             modes: Vec::new(),
@@ -451,7 +451,7 @@ fn gap(model: &Model, data: &Data, found: &Found, index: usize) -> f64 {
 }
 
 /// Contacts that take part, as they are now.
-fn listed(around: &Around<'_>, taken: &HashMap<usize, Taken>, found: &Found) -> Vec<Touch> {
+fn listed(around: &Around<'_>, taken: &BTreeMap<usize, Taken>, found: &Found) -> Vec<Touch> {
     let mut scratch = Vec::new();
     let touch = |index: usize| {
         let (Taken { key, bore }, there) = (*taken.get(&index)?, found.contacts.get(&index));

@@ -6,7 +6,7 @@ use super::inertia::Inertia;
 use super::outside::{Follower, Outside};
 use super::softness::{Spring, Springs};
 use nalgebra::{Matrix3, Vector3};
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 /// What contacts and rows are made from.
 pub(super) struct Around<'a> {
@@ -154,7 +154,7 @@ impl<'a> Known<'a> {
     }
 
     /// Contacts that are those of the last step, by their places in MuJoCo's list.
-    pub(super) fn pairs(self) -> HashMap<usize, &'a Live> {
+    pub(super) fn pairs(self) -> BTreeMap<usize, &'a Live> {
         let pairs = nearest_first(self.pairs).into_iter();
         pairs.map(|(index, number)| (index, &self.live[number])).collect()
     }
