@@ -8,7 +8,7 @@ from __future__ import annotations
 import copy
 import warnings
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import mujoco
 import numpy as np
@@ -22,11 +22,26 @@ from ._versions import flag
 
 __all__ = ["Derivatives", "Rollout", "Stepper", "compat", "patch", "rollout"]
 
+_Number = TypeVar("_Number", int, float)
 _STATUS = tuple(Status)
 _BLOCK = 1000  # steps between looks at signals
 _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 _INTEGRATOR = mujoco.mjtIntegrator
 _REFUSED = ("SLEEP", "SPECULATIVE", "OVERRIDE")  # flags; earlier versions lack some
+
+
+class _Counter(Generic[_Number]):
+    """A number that the compiled side counts: its place there."""
+
+    def __init__(self, place: int) -> None:
+        self.place = place
+
+    def __get__(self, stepper: Stepper, _: type) -> _Number:
+        number: _Number = stepper._tally[self.place]
+        return number
+
+    def __set__(self, stepper: Stepper, number: _Number) -> None:
+        stepper._tally = (*stepper._tally[: self.place], number, *stepper._tally[self.place + 1 :])
 
 
 class Stepper:
@@ -57,6 +72,24 @@ class Stepper:
     share a model.
     """
 
+    #: Steps taken.
+    steps = _Counter[int](0)
+    #: Steps whose error is above the tolerance.
+    unsolved = _Counter[int](1)
+    #: The largest error of a step that was not solved; 0 if all were.
+    worst_unsolved = _Counter[float](2)
+    #: The largest error of all steps.
+    max_error = _Counter[float](3)
+    #: Steps in which what is moved from outside contradicts what holds, so that it gave way.
+    contradictions = _Counter[int](4)
+    #: Steps in which the exact law had no usable answer and all contacts gave way a little.
+    fallbacks = _Counter[int](5)
+    #: Steps in which no compiled size held the contacts, velocities and joint rows of an island, so that all contacts gave way a
+    #: little. They are not solved, with an infinite error.
+    crowded = _Counter[int](6)
+    #: Steps in which something moved farther than contacts are looked for on its way.
+    blind = _Counter[int](7)
+
     def __init__(
         self, model: mujoco.MjModel, *, tol: float = 1e-6, budget: int = 1000, compliance: Compliance = 0.0, soft: bool = False
     ) -> None:
@@ -80,41 +113,47 @@ class Stepper:
         self._model = model
         self._settings = (float(tol), int(budget))
         self._softness = softness(model, compliance, soft)
-        #: Steps taken.
-        self.steps = 0
-        #: Steps whose error is above the tolerance.
-        self.unsolved = 0
-        #: The largest error of a step that was not solved; 0 if all were.
-        self.worst_error = 0.0
-        #: Steps in which what is moved from outside contradicts what holds, so that it gave way.
-        self.contradictions = 0
-        #: Steps in which the exact law had no usable answer and all contacts gave way a little.
-        self.fallbacks = 0
-        #: Steps in which no compiled size held the contacts, velocities and joint rows of an island, so that all contacts gave way
-        #: a little. They are not solved, with an infinite error.
-        self.crowded = 0
-        #: Steps in which something moved farther than contacts are looked for on its way.
-        self.blind = 0
-        #: How the last step ended.
-        self.status = Status.UNSOLVED
-        #: Its error.
-        self.error = 0.0
-        #: Its work.
-        self.work = 0
         model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         model.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
         self._own = _stiction.Stepper(_library(), model._address, self._softness)
 
     def __getstate__(self) -> dict[str, Any]:
         """Take along what :meth:`state` has: with its data, or a copy of that, a copy goes on as this one does."""
-        return {**{name: own for name, own in vars(self).items() if name != "_own"}, "_state": self._own.state()}
+        return {**{name: own for name, own in vars(self).items() if name != "_own"}, "_state": (self._own.state(), self._tally)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Take the model over anew."""
-        words = state.pop("_state")
+        words, tally = state.pop("_state")
         vars(self).update(state)
         self._own = _stiction.Stepper(_library(), self._model._address, self._softness)
         self._own.set_state(None, words)
+        self._tally = tally
+
+    @property
+    def _tally(self) -> tuple[Any, ...]:
+        """What is counted; at last status, error and work of the last step."""
+        return self._own.tally
+
+    @_tally.setter
+    def _tally(self, tally: tuple[Any, ...]) -> None:
+        self._own.tally = tally
+
+    @property
+    def status(self) -> Status:
+        """How the last step ended."""
+        return _STATUS[self._tally[-1][0]]
+
+    @property
+    def error(self) -> float:
+        """Its error."""
+        error: float = self._tally[-1][1]
+        return error
+
+    @property
+    def work(self) -> int:
+        """Its work."""
+        work: int = self._tally[-1][2]
+        return work
 
     @property
     def model(self) -> mujoco.MjModel:
@@ -162,7 +201,7 @@ class Stepper:
         if nstep < 0:
             raise ValueError(f"nstep: {nstep!r} is no number of steps")
         for first in range(0, nstep, _BLOCK):
-            self._count(self._own.step(data._address, min(_BLOCK, nstep - first), self._settings))
+            self._own.step(data._address, min(_BLOCK, nstep - first), self._settings)
 
     def step1(self, data: mujoco.MjData) -> None:
         """Do what comes before controls are set: positions, collision, velocities, sensors of both.
@@ -178,7 +217,7 @@ class Stepper:
         Args:
             data: of the model, after :meth:`step1`.
         """
-        self._count(self._own.step2(data._address, self._settings))
+        self._own.step2(data._address, self._settings)
 
     def derivatives(self, data: mujoco.MjData, *, eps: float = 1e-6) -> Derivatives:
         """Tell how the state after a step moves with the state and the controls before it; both ``data`` and this stay as they are.
@@ -200,18 +239,6 @@ class Stepper:
         cold._settings = (min(self._settings[0], 1e-10), self._settings[1])
         cold._own.keep_impulses()
         return derivatives(cold, data, eps, self._settings[0])
-
-    def _count(self, numbers: tuple[int, int, float, int, int, int, int, tuple[int, float, int]]) -> None:
-        """Add what a call has counted."""
-        steps, unsolved, worst_error, contradictions, fallbacks, crowded, blind, (status, self.error, self.work) = numbers
-        self.status = _STATUS[status]
-        self.steps += steps
-        self.unsolved += unsolved
-        self.worst_error = max(self.worst_error, worst_error)
-        self.contradictions += contradictions
-        self.fallbacks += fallbacks
-        self.crowded += crowded
-        self.blind += blind
 
 
 class Rollout(NamedTuple):

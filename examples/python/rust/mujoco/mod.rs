@@ -40,6 +40,7 @@ use tally::Tally;
 #[pyclass(module = "stiction._stiction")]
 pub(crate) struct Stepper {
     own: stepper::Stepper,
+    tally: Tally,
 }
 
 #[pymethods]
@@ -47,25 +48,29 @@ impl Stepper {
     /// Takes the path of MuJoCo's library, the address of an `mjModel` of it, and what of the model is soft.
     #[new]
     fn new(library: PathBuf, model: usize, soft: Given) -> PyResult<Self> {
-        Ok(Self { own: opened(&library, model, Springs(soft))? })
+        Ok(Self { own: opened(&library, model, Springs(soft))?, tally: Tally::default() })
     }
 
     /// Takes so many steps.
-    fn step(
-        &mut self,
-        py: Python<'_>,
-        data: usize,
-        steps: usize,
-        settings: (f64, usize),
-    ) -> PyResult<tally::Numbers> {
-        self.run(py, data, |own, data| {
-            let mut tally = Tally::default();
+    fn step(&mut self, py: Python<'_>, data: usize, steps: usize, settings: (f64, usize)) -> PyResult<()> {
+        self.run(py, data, |own, tally, data| {
             for _ in 0..steps {
                 own.step1(data);
                 tally.add(&own.step2(data, &settings_of(settings))?);
             }
-            Ok(tally.numbers())
+            Ok(())
         })
+    }
+
+    /// How all steps have ended.
+    #[getter]
+    fn tally(&self) -> tally::Numbers {
+        self.tally.numbers()
+    }
+
+    #[setter]
+    fn set_tally(&mut self, numbers: tally::Numbers) {
+        self.tally = Tally::of(numbers);
     }
 
     /// From now on impulses are those at which solves end: the motion is differentiated with these.
@@ -74,17 +79,16 @@ impl Stepper {
     }
 
     fn step1(&mut self, py: Python<'_>, data: usize) -> PyResult<()> {
-        self.run(py, data, |own, data| {
+        self.run(py, data, |own, _, data| {
             own.step1(data);
             Ok(())
         })
     }
 
-    fn step2(&mut self, py: Python<'_>, data: usize, settings: (f64, usize)) -> PyResult<tally::Numbers> {
-        self.run(py, data, |own, data| {
-            let mut tally = Tally::default();
+    fn step2(&mut self, py: Python<'_>, data: usize, settings: (f64, usize)) -> PyResult<()> {
+        self.run(py, data, |own, tally, data| {
             tally.add(&own.step2(data, &settings_of(settings))?);
-            Ok(tally.numbers())
+            Ok(())
         })
     }
 
@@ -122,14 +126,14 @@ impl Stepper {
         &mut self,
         py: Python<'_>,
         address: usize,
-        call: impl FnOnce(&mut stepper::Stepper, &mut Data) -> Result<R, &'static str> + Send,
+        call: impl FnOnce(&mut stepper::Stepper, &mut Tally, &mut Data) -> Result<R, &'static str> + Send,
     ) -> PyResult<R> {
         // SAFETY: Python says so, and holds the data during the call.
         #[allow(unsafe_code)]
         let data = unsafe { Data::new(&self.own.model, address) };
         let (mut data, library) = (data.map_err(PyValueError::new_err)?, self.own.model.library());
-        let own = &mut self.own;
-        let done = py.detach(|| library.watched(|| call(own, &mut data)));
+        let (own, tally) = (&mut self.own, &mut self.tally);
+        let done = py.detach(|| library.watched(|| call(own, tally, &mut data)));
         heard(done)
     }
 }

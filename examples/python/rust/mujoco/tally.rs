@@ -3,21 +3,22 @@
 use super::stepper::Report;
 use stiction::Status;
 
-/// Steps of a call: how many, and how they ended.
-#[derive(Default)]
+/// How steps ended: how many, and how; for Python as numbers in this order.
+#[derive(Clone, Copy, Default)]
 pub(super) struct Tally {
     steps: usize,
     pub(super) unsolved: usize,
-    worst_error: f64,
+    worst_unsolved: f64,
+    max_error: f64,
     contradictions: usize,
     fallbacks: usize,
     crowded: usize,
     blind: usize,
-    last: Option<(Status, f64, usize)>,
+    last: (i64, f64, usize),
 }
 
-/// A [`Tally`] for Python: the six counts in order; status, error and work of the last step.
-pub(super) type Numbers = (usize, usize, f64, usize, usize, usize, usize, (i64, f64, usize));
+/// The numbers of a [`Tally`]; at last status, error and work of the last step.
+pub(super) type Numbers = (usize, usize, f64, f64, usize, usize, usize, usize, (i64, f64, usize));
 
 impl Tally {
     pub(super) fn add(&mut self, report: &Report) {
@@ -29,23 +30,30 @@ impl Tally {
         self.blind += usize::from(report.is_blind);
         if ends.status != Status::Solved {
             self.unsolved += 1;
-            self.worst_error = self.worst_error.max(ends.error);
+            self.worst_unsolved = self.worst_unsolved.max(ends.error);
         }
-        self.last = Some((ends.status, ends.error, ends.work));
+        self.max_error = self.max_error.max(ends.error);
+        self.last = (ends.status as i64, ends.error, ends.work);
     }
 
     pub(super) fn numbers(&self) -> Numbers {
-        let (status, error, work) = self.last.unwrap_or((Status::Unsolved, 0.0, 0));
-        let last = (status as i64, error, work);
-        (
-            self.steps,
-            self.unsolved,
-            self.worst_error,
-            self.contradictions,
-            self.fallbacks,
-            self.crowded,
-            self.blind,
+        let &Self {
+            steps,
+            unsolved,
+            worst_unsolved,
+            max_error,
+            contradictions,
+            fallbacks,
+            crowded,
+            blind,
             last,
-        )
+        } = self;
+        (steps, unsolved, worst_unsolved, max_error, contradictions, fallbacks, crowded, blind, last)
+    }
+
+    pub(super) fn of(numbers: Numbers) -> Self {
+        let (steps, unsolved, worst_unsolved, max_error, contradictions, fallbacks, crowded, blind, last) =
+            numbers;
+        Self { steps, unsolved, worst_unsolved, max_error, contradictions, fallbacks, crowded, blind, last }
     }
 }

@@ -75,10 +75,8 @@ impl Ends {
 
     fn add(&mut self, outcome: &Outcome) {
         self.work += outcome.work.total();
-        if outcome.status != Status::Solved || outcome.error > self.error {
-            let error = if outcome.error.is_nan() { f64::INFINITY } else { outcome.error };
-            self.error = self.error.max(error);
-        }
+        let error = if outcome.error.is_nan() { f64::INFINITY } else { outcome.error };
+        self.error = self.error.max(error);
         if self.status == Status::Solved {
             self.status = outcome.status;
         }
