@@ -6,6 +6,7 @@
 //! | build an image for a microcontroller, from an empty folder | [`firmware`] |
 //! | look up a letter | [`symbols`] |
 //! | add joint limits, motors, dry friction, loops, rolling; solve several robots with one kernel | [`rows`] |
+//! | push, grip or carry a part that moves by itself | [`two_bodies`] |
 //! | keep a deadline; act on a tick that ends unsolved | [`tick`] |
 //! | use another language | [`python`], [`c`] |
 //! | step a model of Pinocchio | [`pinocchio`] |
@@ -44,6 +45,7 @@ macro_rules! links {
 [Sharing out forces]: crate::guide::forces
 [Symbols]: crate::guide::symbols
 [The error]: crate::guide::error
+[Two bodies that both move]: crate::guide::two_bodies
 [`ContactMode`]: crate::ContactMode
 [`Gap`]: crate::time_stepping::Gap
 [`Kernel::solve_with_limits`]: crate::Kernel::solve_with_limits
@@ -68,6 +70,10 @@ pub mod symbols {}
 #[doc = links!()]
 #[doc = include_str!("guide/rows.md")]
 pub mod rows {}
+
+#[doc = links!()]
+#[doc = include_str!("guide/two_bodies.md")]
+pub mod two_bodies {}
 
 #[doc = links!()]
 #[doc = include_str!("guide/tick.md")]

@@ -265,7 +265,8 @@ enum stiction_status stiction_clear_rows(stiction *s);
 /* Helpers that need no stiction, with the bits of those in Rust. What they refuse is STICTION_INVALID_PARAMETER, and nothing is written.
 
    The offset of a contact's normal, or of a stop, from the `distance` to it: distance / step, m/s or rad/s. `recovery` is the largest speed
-   at which a penetration is pushed out, `reach` the largest offset, about the largest speed that is expected; both may be INFINITY. */
+   at which a penetration is pushed out (0 leaves it, INFINITY throws it out within the step), `reach` the largest offset, about the largest
+   speed that is expected, or INFINITY. */
 enum stiction_status stiction_gap_offset(stiction_real distance, stiction_real recovery, stiction_real reach, stiction_real step,
                                          stiction_real *offset);
 

@@ -25,7 +25,7 @@ class Ours:
         self.path = scene.path
 
     def run(self, tolerance, *arguments):
-        command = [self.solve, "--json", "--precision", self.precision, "--max-iterations", "10000"]
+        command = [self.solve, "--json", "--precision", self.precision, "--budget", "10000"]
         command += ["--tolerance", f"{tolerance:e}", "--repeat", "20", *arguments]
         run = subprocess.run(command, capture_output=True, text=True, check=True)
         return json.loads(run.stdout.splitlines()[-1])
@@ -46,7 +46,7 @@ class Ours:
         return {
             "seconds": answer["solve_ns"] * 1e-9,
             "prepare": answer["prepare_ns"] * 1e-9,
-            "converged": answer["status"] == "solved",
+            "converged": answer["status"] == "Solved",
             "iterations": answer["iterations"] + 10 * answer["newton_steps"],
             "error": answer["error"],
             "v": np.array(answer["v"]),

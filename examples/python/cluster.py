@@ -1,6 +1,7 @@
 """Rollouts of a quadruped on a cluster: the example starts one on this machine; ``Client("host:8786")`` takes yours.
 
-``pip install '.[cluster]'``, then ``python cluster.py``. The model is sent to each worker once.
+``pip install '.[cluster]'``, then ``python cluster.py``. The model is sent to each worker once. On this machine workers are
+threads: rollouts run without the interpreter's lock.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from dask.distributed import Client, LocalCluster
+from dask.distributed import Client
 from numpy.typing import NDArray
 
 from stiction.mujoco import rollout
@@ -33,7 +34,7 @@ def main() -> None:
     mujoco.mj_resetDataKeyframe(model, data, 0)
     state = np.empty(mujoco.mj_stateSize(model, STATE))
     mujoco.mj_getState(model, data, state, STATE)
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+    with Client(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=":0") as client:
         sent, start = client.scatter(model, broadcast=True), time.perf_counter()
         ends = np.concatenate(client.gather([client.submit(heights, sent, state, data.ctrl, seed) for seed in range(TASKS)]))
         rate = TASKS * COPIES * STEPS / (time.perf_counter() - start)

@@ -51,7 +51,7 @@ while data.time < 2.0:
 # %%
 weight = 9.81 * model.body_subtreemass[0]
 standing = np.array(normal)[(np.array(times) > 0.8) & (np.array(times) < 1.0)].sum(axis=1)
-print(f"{stepper.steps} steps, {stepper.unsolved} not solved (worst error {stepper.worst_error:.0e})")
+print(f"{stepper.steps} steps, {stepper.unsolved} not solved (largest error {stepper.max_error:.0e})")
 print(f"feet carry {standing.mean():.4f} N of {weight:.4f} N")
 print(f"some foot slips in {np.any(slips, axis=1).sum()} steps, with |f_T| up to {np.max(ratio):.6f} f_N")
 

@@ -110,7 +110,7 @@ def examine(path: str) -> tuple[str, list[str]]:
             kinds.append("wild, and mj_step starts anew" if other.fails else "wild")
     words = [f"nv {model.nv}", f"ncon {max(r.ncon for r in runs)}", f"nefc {max(r.nefc for r in runs)}"]
     words += [f"steps {sum(s.steps for s in steppers)}", *(f"{name} {count}" for name, count in faults.items())]
-    words += [f"worst {max(s.worst_error for s in steppers):.0e}"]
+    words += [f"largest error {max(s.max_error for s in steppers):.0e}"]
     words += [f"speed {max(r.speed for r in runs):.3g} ({max(s.speed for s in softs):.3g})"]
     words += [f"gain {beyond:.2g} J ({share:.1g})", f"median {micros:.0f} µs ({soft_micros:.0f})"]
     return ", ".join(words), sorted(set(kinds))

@@ -20,7 +20,7 @@ Options:
       --precision <PRECISION>  Number type of the kernel [default: f64] [possible values: f64; f32 if built with --features f32]
       --method <METHOD>        Algorithm [default: default] [possible values: plain, fast, restart, default]
       --tolerance <TOLERANCE>  Error below which a scene counts as solved [default: 1e-9 for f64, 1e-4 for f32]
-      --max-iterations <N>     Largest number of iterations [default: 1000]
+      --budget <N>             Work that a solve may take, as Settings::budget [default: 1000]
       --repeat <N>             Solve each scene N times and give the best time [default: 20; with --json 1]
       --sequence <FILE>        Solve the time steps of a sequence, one after the other
       --warm                   Start each step of a sequence from the step before [default]
@@ -63,7 +63,8 @@ pub(crate) struct Options {
     pub(crate) method: Method,
     /// Error below which a scene counts as solved.
     pub(crate) tolerance: f64,
-    pub(crate) max_iterations: usize,
+    /// Of a solve.
+    pub(crate) budget: usize,
     pub(crate) repeat: u32,
     pub(crate) sequences: Vec<PathBuf>,
     /// What each step of a sequence starts from.
@@ -80,7 +81,7 @@ impl Options {
             precision: Precision::F64,
             method: Method::Default,
             tolerance: 0.0,
-            max_iterations: 1000,
+            budget: 1000,
             repeat: 0,
             sequences: Vec::new(),
             start: Start::Warm,
@@ -100,7 +101,7 @@ impl Options {
                         parser.value()?.parse_with(|name| named(&Method::ALL, Method::name, name))?;
                 }
                 Arg::Long("tolerance") => tolerance = Some(parser.value()?.parse_with(positive)?),
-                Arg::Long("max-iterations") => options.max_iterations = parser.value()?.parse()?,
+                Arg::Long("budget") => options.budget = parser.value()?.parse()?,
                 Arg::Long("repeat") => repeat = Some(parser.value()?.parse::<NonZeroU32>()?.get()),
                 Arg::Long("sequence") => options.sequences.push(parser.value()?.into()),
                 Arg::Long("warm") => starts.push(Start::Warm),

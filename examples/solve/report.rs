@@ -37,7 +37,7 @@ pub(crate) fn row(run: &Run) {
         run.name,
         run.n_dof,
         format!("{}x{}", run.n_contacts, run.dim),
-        status(run.answer.status),
+        format!("{:?}", run.answer.status),
         first_order(run),
         run.answer.work.newton_steps,
         run.error,
@@ -57,7 +57,7 @@ pub(crate) fn json(run: &Run, step: Option<usize>, options: &Options) {
         "dim": run.dim,
         "precision": options.precision.name(),
         "method": options.method.name(),
-        "status": status(run.answer.status),
+        "status": format!("{:?}", run.answer.status),
         "iterations": first_order(run),
         "newton_steps": run.answer.work.newton_steps,
         "factorizations": 0,
@@ -65,7 +65,7 @@ pub(crate) fn json(run: &Run, step: Option<usize>, options: &Options) {
         "prepare_ns": run.prepare_ns,
         "solve_ns": run.solve_ns,
         "v": run.answer.v,
-        "modes": run.answer.modes.iter().map(|&mode| word(mode)).collect::<Vec<_>>(),
+        "modes": run.answer.modes.iter().map(|mode| format!("{mode:?}")).collect::<Vec<_>>(),
         "r": run.answer.r,
         "forces": run.time_step.map(|h| run.answer.r.iter().map(|r| r / h).collect::<Vec<_>>()),
         "lambda": run.answer.lambda,
@@ -119,24 +119,6 @@ pub(crate) fn summary(runs: &[Run], options: &Options) {
         runs.iter().filter(|run| run.answer.status == Status::Solved && run.error > options.tolerance);
     for run in false_claims {
         print(&format!("{}: solved, but the error is {:.3e}", run.name, run.error));
-    }
-}
-
-fn status(status: Status) -> &'static str {
-    match status {
-        Status::Solved => "solved",
-        Status::PrecisionLimit => "precision_limit",
-        Status::Infeasible => "infeasible",
-        Status::Jammed => "jammed",
-        _ => "max_iterations",
-    }
-}
-
-fn word(mode: ContactMode) -> &'static str {
-    match mode {
-        ContactMode::Open => "open",
-        ContactMode::Stick => "stick",
-        ContactMode::Slip => "slip",
     }
 }
 

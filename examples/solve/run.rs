@@ -44,7 +44,7 @@ fn solve_mixed(file: &MixedFile, options: &Options) -> Result<Run, String> {
     if options.method != Method::Default {
         return Err(format!("{} solves contacts alone", options.method.name()));
     }
-    let settings = Settings { budget: options.max_iterations, ..Settings::new(options.tolerance) };
+    let settings = Settings { budget: options.budget, ..Settings::new(options.tolerance) };
     let (answer, times) = match options.precision {
         Precision::F64 => kernels_f64::solve_mixed(file, &settings, options.repeat)?,
         #[cfg(feature = "f32")]
@@ -92,7 +92,7 @@ fn solve_one(
 ) -> Result<Run, stiction::Error> {
     kernel.load(file)?;
     let method = options.method;
-    let settings = Settings { budget: options.max_iterations, ..Settings::new(options.tolerance) };
+    let settings = Settings { budget: options.budget, ..Settings::new(options.tolerance) };
     let (mut prepare_ns, mut solve_ns) = (f64::INFINITY, f64::INFINITY);
     kernel.keep(method);
     for _ in 0..options.repeat {

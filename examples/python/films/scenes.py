@@ -59,7 +59,7 @@ class Ours:
         def step(data: mujoco.MjData) -> None:
             stepper.step(data)
             if stepper.unsolved:
-                raise RuntimeError(f"step {stepper.steps} is not solved: error {stepper.worst_error}")
+                raise RuntimeError(f"step {stepper.steps} is not solved: error {stepper.error}")
 
         return step
 

@@ -72,6 +72,9 @@ pub trait Engine<T>: Send + Sync {
     /// Forgets the last solve.
     fn reset(&mut self);
 
+    /// Declares that nothing moved before the next solve.
+    fn presume_rest(&mut self);
+
     /// Where the next solve starts, for [`Self::set_warm_start`] of an engine of any size with contacts of as many rows.
     fn warm_start(&self) -> Vec<u64>;
 
@@ -233,6 +236,10 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
 
     fn reset(&mut self) {
         self.kernel.solver_mut().reset();
+    }
+
+    fn presume_rest(&mut self) {
+        self.kernel.solver_mut().presume_rest();
     }
 
     fn warm_start(&self) -> Vec<u64> {

@@ -84,6 +84,13 @@ impl Kernel {
         }
     }
 
+    fn presume_rest(&self, py: Python<'_>) {
+        match &self.kept {
+            Either::Single(kept) => py.detach(|| lock(kept).engine.presume_rest()),
+            Either::Double(kept) => py.detach(|| lock(kept).engine.presume_rest()),
+        }
+    }
+
     fn start(
         &self,
         py: Python<'_>,

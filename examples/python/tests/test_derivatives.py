@@ -191,16 +191,50 @@ for way in (jax.jacfwd, jax.jacrev):
     assert np.allclose(jax.jit(way(speed))(mu, push), by_mu)
 both = jax.vmap(jax.grad(speed), in_axes=(0, None))(np.array([[0.8], [0.5]]), push)
 assert np.allclose(both, [[-0.01], [-0.01]])
+# Along x a motor at its limit of 0.003 N·s, along y a stop that holds; the gradient is that of the solution; numbers are arrays.
+def limited(J, upper, push, softness=0.1):
+    rows = stiction.Rows(J, lower=[-upper, 0.0], upper=[upper, np.inf])
+    v, r = solve(M, H, push, None, 0.8, tol=1e-12, rows=rows, compliance=softness)
+    return v[0] + 3 * r[0, 1]
+J, upper, pushed = np.eye(3)[:2], 0.003, np.array([0.03, -0.01, -0.02])
+found = stiction.solve(
+    M, H, pushed, None, 0.8, tol=1e-12, rows=stiction.Rows(J, lower=[-upper, 0.0], upper=[upper, np.inf]), compliance=0.1
+)
+assert np.isclose(limited(J, upper, pushed), found.v[0] + 3 * found.r[0, 1], atol=1e-12) and found.row_modes.tolist() == [2, 1]
+told = found.vjp(v=[1.0, 0, 0], r=[[0, 3.0, 0]])
+by_J, by_upper, by_push = jax.grad(limited, argnums=(0, 1, 2))(J, upper, pushed)
+assert np.allclose(by_J, told.rows.jacobian) and np.isclose(by_upper, told.rows.upper[0] - told.rows.lower[0]) and by_upper < -0.4
+assert np.allclose(by_push, told.free_impulse)
+assert np.isclose(jax.jacfwd(limited, argnums=1)(J, upper, pushed), by_upper)
+assert np.allclose(jax.jit(jax.vmap(limited, (None, 0, None)))(J, np.array([upper, 0.0]), pushed)[0], limited(J, upper, pushed))
+try:
+    jax.grad(limited, argnums=3)(J, upper, pushed, 0.1)
+    raise AssertionError("there is a derivative by compliance")
+except ValueError as error:
+    assert str(error).startswith("compliance: ")
+# Joint rows alone; how far the answer of a loose tolerance is off.
+alone = solve(M, None, pushed, rows=stiction.Rows(J, lower=-0.003, upper=0.003))
+assert np.allclose(alone[0], [0.0135, -0.0035, -0.01]) and alone[1].shape == (0, 3)
+legs = np.array([[[0, 0, 1, y, -x, 0], [1, 0, 0, 0, 0, -y], [0, 1, 0, 0, 0, x]] for x in (0.3, -0.3) for y in (0.3, -0.3)])
+table = (np.eye(6), legs, np.array([0.01, 0.02, -1, 0.2, 0.3, 0.1]), None, 0.5)
+off = [np.abs(solve(*table, tol=tol)[0] - stiction.solve(*table, tol=1e-12).v).max() for tol in (1e-3, 1e-12)]
+assert off[0] > 1e-6 and off[1] < 1e-12, off
 """
 
 TORCH = """
 import numpy as np, torch
+from stiction import Rows
 from stiction.torch import solve
 H = [[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]
 scene = [np.eye(3) * 2.0, np.array(H), np.array([0.03, 0.0, -0.02]), np.zeros((1, 3))]
 mu = torch.tensor([0.8], dtype=torch.float64, requires_grad=True)
 solve(*map(torch.tensor, scene), mu)[0][0].backward()
 assert np.allclose(mu.grad, [-0.01])
+upper = torch.tensor(0.003, dtype=torch.float64, requires_grad=True)
+rows = Rows(torch.eye(3, dtype=torch.float64)[:1], lower=-0.003, upper=upper)
+v, r = solve(*map(torch.tensor, scene[:2]), -torch.tensor(scene[2]), None, 0.8, tol=1e-12, rows=rows, compliance=0.1)
+v[0].backward()
+assert np.allclose(v.detach(), [-0.0135, 0.0, 0.01]) and np.allclose(upper.grad, 0.5)
 """
 
 

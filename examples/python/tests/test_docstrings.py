@@ -65,7 +65,7 @@ def test_each_argument_is_described(name: str, function: Any) -> None:
 def test_each_argument_of_a_differentiable_solve_is_described(name: str) -> None:
     pytest.importorskip(name)
     solve = importlib.import_module(f"stiction.{name}").solve
-    assert set(described(inspect.cleandoc(solve.__doc__))) == {"M", "H", "free_impulse", "w", "mu"}
+    assert set(described(inspect.cleandoc(solve.__doc__))) == {"M", "H", "free_impulse", "w", "mu", "tol", "rows", "compliance"}
 
 
 @pytest.mark.parametrize("kind", CLASSES)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 import os
 import struct
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 
 import stiction
 from stiction import Status
+from stiction.time_stepping import contact_rows
 
 from conftest import REPOSITORY
 from judge import read
@@ -44,6 +46,33 @@ def records() -> list[dict[str, Any]]:
             step["H"].append(numbers(D * N).reshape(D, N))
         steps.append({name: np.array(value) for name, value in step.items()})
     return steps
+
+
+def fastest(kernel: stiction.Kernel, body: dict[str, Any], steps: int) -> float:
+    """The largest speed of a contact (m/s) of a body of ``tests/rest_kept.json``, near the largest load that friction can hold."""
+    M, force, H = np.diag(body["masses"]), 0.99 * np.array(body["load"]), []
+    force[: len(body["weight"])] += body["weight"]
+    for (x, y, z), normal, _ in body["feet"]:
+        velocity = np.hstack([np.eye(3), [[0, z, -y], [-z, 0, x], [y, -x, 0]]])
+        H.append(contact_rows(normal / np.linalg.norm(normal), velocity))
+    v, speed = np.zeros(6), 0.0
+    for _ in range(steps):
+        found = kernel.solve(M, H, M @ v + 2e-3 * force, mu=[mu for _, _, mu in body["feet"]], tol=1e-9)
+        assert found.solved
+        v, speed = found.v, max(speed, np.abs(found.u).max())
+    return speed
+
+
+def test_a_body_that_rests_stays_if_that_is_said() -> None:
+    bodies = json.loads((REPOSITORY / "tests/rest_kept.json").read_text())
+    slide, kernel = 0, stiction.Kernel(6, 8)
+    for body in (body for body in bodies if len(body["masses"]) == 6):
+        kernel.reset()
+        slide += fastest(kernel, body, 1) > 1e-3
+        kernel.reset()
+        kernel.presume_rest()
+        assert fastest(kernel, body, 20) < 1e-8
+    assert slide >= 8
 
 
 def test_float32_has_the_bits_of_the_microcontroller() -> None:

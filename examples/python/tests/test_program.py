@@ -19,7 +19,7 @@ def test_the_table_has_all_scenes(tmp_path: Path) -> None:
     lines = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True).stdout.splitlines()[1:]
     assert [line.split()[0] for line in lines] == [path.stem for path in SCENES]
     endings = {line.split()[0]: line.split()[-1] for line in lines}
-    assert endings.pop("infeasible_squeeze") == "infeasible"
+    assert endings.pop("infeasible_squeeze") == "INFEASIBLE"
     assert endings["box_slide_spin"] == "~~~~" and all(set(ending) <= set("=~o") for ending in endings.values())
 
 

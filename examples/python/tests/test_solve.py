@@ -37,7 +37,9 @@ def test_an_error_is_an_error() -> None:
 
 def test_modes_and_types() -> None:
     found = stiction.solve(EYE, H, PUSH, W, MU)
-    assert found.modes.tolist() == [Mode.SLIP]
+    assert found.modes.tolist() == [Mode.SLIP] and np.array_equal(found.modes == Mode.SLIP, [True])
+    assert str(found.modes) == repr(found.modes[:]) == "[Mode.SLIP]" and repr(found.modes + 1) == "array([3], dtype=int8)"
+    assert np.array_equal(found.forces(0.5), 2.0 * found.r)
     assert found.work.total > 0 and found.is_usable(0.0)
     assert np.allclose(found.r, [[0.02, -0.016, 0.0]])
     assert stiction.solve(EYE, H, PUSH, W, 2.0).modes.tolist() == [Mode.STICK]
@@ -116,9 +118,20 @@ def test_rows_without_contacts() -> None:
     ):
         assert solution.solved and solution.r.shape == (0, 3)
         np.testing.assert_allclose(solution.v, [1.5, 1.0], rtol=1e-6)
-    for name, w, mu in (("w", None, 0.5), ("mu", np.zeros((1, 3)), None)):
-        with pytest.raises(ValueError, match=f"^{name}: there is none"):
-            stiction.solve(np.eye(3), np.eye(3)[None], np.zeros(3), w, mu)
+    with pytest.raises(ValueError, match="^mu: there is none"):
+        stiction.solve(np.eye(3), np.eye(3)[None], np.zeros(3))
+
+
+def test_offsets_are_zero_unless_they_are_given() -> None:
+    told = stiction.solve(EYE, H, PUSH, W, MU)
+    batch = stiction.solve_batch(EYE, H, np.stack([PUSH, PUSH]), mu=0.8)
+    alike = (
+        stiction.solve(EYE, H, PUSH, mu=0.8),
+        stiction.solve(EYE, H[0], PUSH, mu=MU),
+        stiction.Kernel(3, 1).solve(EYE, H, PUSH, mu=MU),
+    )
+    assert all(np.array_equal(found.v, told.v) for found in alike) and np.array_equal(batch.v, [told.v, told.v])
+    assert np.array_equal(alike[1].jvp(w=[0.1, 0.0, 0.0]).v, told.jvp(w=[0.1, 0.0, 0.0]).v)
 
 
 def test_contradictions_are_proved() -> None:

@@ -52,7 +52,7 @@ def test_frames_of_any_normal() -> None:
 def test_offsets() -> None:
     near = Gap(recovery=0.1, reach=3.0)
     assert [replace(near, distance=far).offset(0.25) for far in (0.5, -0.5, 8.0)] == [2.0, -0.1, 3.0]
-    assert Gap(-0.5).offset(0.25) == -2.0 and Gap(8.0) == Gap(8.0, inf, inf)
+    assert Gap(-0.5).offset(0.25) == 0.0 and Gap(-0.5, recovery=inf).offset(0.25) == -2.0 and Gap(8.0) == Gap(8.0, 0.0, inf)
     ball = Restitution(coefficient=0.5, threshold=0.25)
     assert [ball.offset(-3.0, 0.0), ball.offset(-0.125, 0.0), ball.offset(-3.0, Gap(1.0).offset(0.25))] == [-1.5, 0.0, 4.0]
     rubber = Spring(stiffness=2.0, relaxation=0.25)
@@ -159,7 +159,9 @@ def test_errors_begin_with_a_name(name: str, call: Callable[[], Any]) -> None:
 
 
 def test_rows_join_in_order_with_their_keys() -> None:
-    joined = Rows.of(Rows(np.eye(3), upper=[1.0, 2.0, 3.0], keys=[7, 8, 9]), ClosedLoop(0.5).row([1.0, -1.0, 0.0], 0.5, 2))
+    joined = Rows.of(
+        Rows(np.eye(3), upper=[1.0, 2.0, 3.0], keys=[7, 8, 9]), ClosedLoop(0.5, recovery=1.0).row([1.0, -1.0, 0.0], 0.5, 2)
+    )
     assert np.array_equal(joined.jacobian, [*np.eye(3), [1.0, -1.0, 0.0]])  # type: ignore[arg-type]
     assert np.array_equal(joined.upper, [1.0, 2.0, 3.0, inf]) and np.array_equal(joined.lower, [0.0, 0.0, 0.0, -inf])
     assert np.array_equal(joined.keys, [7, 8, 9, 2]) and np.array_equal(joined.offset, [0.0, 0.0, 0.0, 1.0])

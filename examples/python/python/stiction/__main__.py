@@ -42,7 +42,7 @@ def main() -> None:
             sys.exit(f"{path}: {complaint}")
         found, seconds = measured(scene, given.tolerance, max(given.repeat, 1))
         contacts = "".join(_MARKS[Mode(mode)] for mode in found.modes)
-        ending = contacts if found.solved else found.status.name.lower().replace("_", " ")
+        ending = contacts if found.solved else found.status.name
         error = "proof" if found.status is Status.INFEASIBLE else f"{found.error:.1e}"
         print(
             f"{path.stem:26} {len(scene['M']):4} {len(scene['mu']):8} {found.work.total:5}"

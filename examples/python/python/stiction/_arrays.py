@@ -124,8 +124,10 @@ def scene(
             raise ValueError("H: there is none")
         jacobian = np.zeros((0, 3, *np.shape(dynamics[0])[-1:]), dtype)
         dynamics, w, mu = (dynamics[0], jacobian, dynamics[2]), np.zeros((0, 3), dtype), np.zeros(0, dtype)
-    if w is None or mu is None:
-        raise ValueError(f"{'w' if w is None else 'mu'}: there is none, but there are contacts")
+    if mu is None:
+        raise ValueError("mu: there is none, but there are contacts")
+    if w is None:
+        w = np.zeros(np.shape(jacobian)[:-1], dtype)
     if rows is not None and not isinstance(rows, Rows):
         raise ValueError(f"rows: {type(rows).__name__} is not Rows")
 

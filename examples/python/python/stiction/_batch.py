@@ -84,8 +84,8 @@ def solve_batch(
     M: ArrayLike,
     H: ArrayLike,
     free_impulse: ArrayLike,
-    w: ArrayLike,
-    mu: ArrayLike,
+    w: ArrayLike | None = None,
+    mu: ArrayLike | None = None,
     *,
     tol: float = 1e-6,
     budget: int = 1000,
@@ -106,7 +106,7 @@ def solve_batch(
         M: generalised mass matrices, ``(b, n, n)`` or ``(n, n)``; kg, kg·m, kg·m² by the units of the velocities.
         H: contact Jacobians, ``(b, c, d, n)`` or ``(c, d, n)``, rows with the normal first; 1 or m.
         free_impulse: ``M v + h F``, ``(b, n)`` or ``(n,)``; N·s, N·m·s.
-        w: offsets, ``(b, c, d)`` or ``(c, d)``; m/s.
+        w: offsets, ``(b, c, d)`` or ``(c, d)``; m/s. ``None`` is 0.
         mu: friction coefficients, ``(b, c)``, ``(c,)`` or one number; or one for each row behind the normal, ``(b, c, d - 1)`` or
             ``(1, c, d - 1)``; no unit, of spin and roll m.
         tol: error up to which a scene counts as solved; no unit, relative to the impulses.
@@ -129,9 +129,11 @@ def solve_batch(
     number = _arrays.number_type(dtype)
     workers = _arrays.threads_of(threads)
     dynamics = tuple(_arrays.led(*own, number) for own in (("M", M, 2), ("H", H, 3), ("free_impulse", free_impulse, 1)))
-    w, mu = _arrays.led("w", w, 2, number), _arrays.led("mu", mu, 1, number)
-    soft = None if compliance is None else _arrays.led("compliance", compliance, 1, number)
-    scenes = _arrays.scene(dynamics, w, mu, soft, None, rows, number, lead=1)
+    w, mu, compliance = (
+        None if given is None else _arrays.led(name, given, own, number)
+        for name, given, own in (("w", w, 2), ("mu", mu, 1), ("compliance", compliance, 1))
+    )
+    scenes = _arrays.scene(dynamics, w, mu, compliance, None, rows, number, lead=1)
     shapes = _shapes(*_stiction.batch_shape(scenes, number.itemsize == 4), number)
     if out is None:
         out = BatchSolution(**{name: np.zeros(shape, kind) for name, (shape, kind) in shapes.items()})

@@ -18,8 +18,8 @@ def solve(
     M: ArrayLike,
     H: ArrayLike | None,
     free_impulse: ArrayLike,
-    w: ArrayLike | None,
-    mu: ArrayLike | None,
+    w: ArrayLike | None = None,
+    mu: ArrayLike | None = None,
     *,
     tol: float = 1e-6,
     budget: int = 1000,
@@ -35,7 +35,8 @@ def solve(
         H: contact Jacobians, ``(c, d, n)`` or ``(c·d, n)``, rows with the normal first, pointing out of the obstacle; 1 or m.
             ``None`` for a scene of joint rows alone.
         free_impulse: ``M v_free = M v + h F``, ``(n,)``: momentum at the end of the step without contacts; N·s, N·m·s.
-        w: offsets, ``(c, d)`` or ``(c·d,)``: gap over time step, velocity of a moving surface, restitution; m/s.
+        w: offsets, ``(c, d)`` or ``(c·d,)``: gap over time step, velocity of a moving surface, restitution; m/s. ``None`` is 0: all
+            contacts touch, and nothing else moves.
         mu: friction coefficients, ``(c,)`` or one number, no unit; or one for each row behind the normal, ``(c, d - 1)``: two
             tangents, spin (m), two rolls (m), which make the cone elliptic.
         tol: error up to which the scene counts as solved; no unit, relative to the impulses.
@@ -172,8 +173,8 @@ class Kernel:
         M: ArrayLike,
         H: ArrayLike | None,
         free_impulse: ArrayLike,
-        w: ArrayLike | None,
-        mu: ArrayLike | None,
+        w: ArrayLike | None = None,
+        mu: ArrayLike | None = None,
         *,
         keys: ArrayLike | None = None,
         tol: float = 1e-6,
@@ -188,7 +189,7 @@ class Kernel:
             M: generalised mass matrix, ``(n, n)``; kg, kg·m, kg·m² by the units of the velocities.
             H: contact Jacobians, ``(c, d, n)`` or ``(c·d, n)``, rows with the normal first; 1 or m.
             free_impulse: ``M v + h F``, ``(n,)``; N·s, N·m·s.
-            w: offsets, ``(c, d)`` or ``(c·d,)``; m/s.
+            w: offsets, ``(c, d)`` or ``(c·d,)``; m/s. ``None`` is 0.
             mu: friction coefficients, ``(c,)`` or one number, no unit; or one for each row behind the normal, ``(c, d - 1)``.
             keys: which contact is which, also in other steps (a foot, a pair of geoms), ``(c,)`` unsigned integers. Of several with
                 one key the first follows the first. Without keys they follow each other by their order.
@@ -225,6 +226,14 @@ class Kernel:
     def reset(self) -> None:
         """Forget the last solve: the next one starts cold."""
         self._kernel.reset()
+
+    def presume_rest(self) -> None:
+        """Declare that nothing moved before the next solve, which then returns a solution at rest if Coulomb's law has one.
+
+        Call it before the first solve, or after :meth:`reset`: a cold solve of a body at rest may find another solution, in which
+        it slides. Later the kernel knows whether its last solution was at rest.
+        """
+        self._kernel.presume_rest()
 
     def start_at(self, keys: ArrayLike, r: ArrayLike) -> None:
         """Start the next solve at impulses that are given, instead of those of the last one.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ._arrays import Scene
 from ._derivative import Differentiable
 from ._loads import Bearing
-from ._types import Array, Status, Work
+from ._types import Array, Modes, RowModes, Status, Work
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Solution(Differentiable, Bearing):
     r: Array
     #: Contact velocities ``H_i v + w_i``, ``(c, d)``, m/s, normal first.
     u: Array
-    #: :class:`Mode` of each contact, ``(c,)``, int8.
+    #: :class:`Mode` of each contact, ``(c,)``: an array of int8, printed by names.
     modes: NDArray[np.int8]
     #: Proof of ``Status.INFEASIBLE`` or ``Status.JAMMED``, otherwise 0: ``d`` in the friction cone of each contact, ``(c, d)``,
     #: normal first, no unit; of an infeasible scene normals alone.
@@ -39,7 +39,7 @@ class Solution(Differentiable, Bearing):
     row_impulses: Array
     #: Their speeds ``s``, ``(k,)``, m/s or rad/s.
     row_velocities: Array
-    #: :class:`RowMode` of each, ``(k,)``, int8.
+    #: :class:`RowMode` of each, ``(k,)``, likewise.
     row_modes: NDArray[np.int8]
     #: Their part of the proof, ``(k,)``, no unit.
     row_certificate: Array
@@ -58,6 +58,14 @@ class Solution(Differentiable, Bearing):
         ended = self.status in (Status.OUT_OF_BUDGET, Status.PRECISION_LIMIT)
         return self.solved or (ended and self.error <= error)
 
+    def forces(self, h: float) -> Array:
+        """Give the mean forces of contacts over the step, ``r / h``: ``(c, d)``, N (rows of spin and roll N·m), normal first.
+
+        Args:
+            h: length of the time step, s.
+        """
+        return self.r / h
+
 
 def solution(parts: tuple[Any, ...], scene: Scene | None, settings: tuple[Any, ...]) -> Solution:
     """Make a solution of what the compiled side returns, for a scene that was solved with these settings."""
@@ -67,6 +75,7 @@ def solution(parts: tuple[Any, ...], scene: Scene | None, settings: tuple[Any, .
     values = dict(zip(_FIELDS, parts, strict=True))
     values["status"] = _STATUS[values["status"]]
     values["work"] = Work(*values["work"])
+    values["modes"], values["row_modes"] = values["modes"].view(Modes), values["row_modes"].view(RowModes)
     values["_solved"] = (scene, settings, fingerprint)
     object.__setattr__(made, "__dict__", values)
     return made

@@ -55,6 +55,35 @@ class RowMode(IntEnum):
     HOLDING = 4
 
 
+class Names(np.ndarray[Any, np.dtype[np.int8]]):
+    """Integers that are printed by the names of an enumeration; what is computed from them is a plain array."""
+
+    kind: type[IntEnum]
+
+    def __repr__(self) -> str:
+        """Such as ``[Mode.STICK, Mode.SLIP]``."""
+        names = (f"{self.kind.__name__}.{self.kind(int(code)).name}" for code in np.asarray(self).ravel())
+        return f"[{', '.join(names)}]"
+
+    __str__ = __repr__
+
+    def __array_wrap__(self, array: Any, *_: Any) -> Any:
+        """Make a result a plain array, or a number."""
+        return np.asarray(array)[()]
+
+
+class Modes(Names):
+    """Integers of :class:`Mode`."""
+
+    kind = Mode
+
+
+class RowModes(Names):
+    """Integers of :class:`RowMode`."""
+
+    kind = RowMode
+
+
 class Work(NamedTuple):
     """The work of a solve, by kind."""
 

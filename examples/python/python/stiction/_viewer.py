@@ -116,7 +116,7 @@ def counters(stepper: Stepper, data: mujoco.MjData, is_exact: bool) -> dict[str,
         "contacts": f"{modes.count(Mode.STICK)} stick, {modes.count(Mode.SLIP)} slip" if is_exact else f"{data.ncon}",
         "steps": f"{stepper.steps}",
         "unsolved": f"{stepper.unsolved}",
-        "worst error": f"{stepper.worst_error:.1g}",
+        "largest error": f"{stepper.max_error:.1g}",
     }
 
 

@@ -141,7 +141,8 @@ class Stepper:
     @property
     def status(self) -> Status:
         """How the last step ended."""
-        return _STATUS[self._tally[-1][0]]
+        status: int = self._tally[-1][0]
+        return _STATUS[status]
 
     @property
     def error(self) -> float:
