@@ -277,7 +277,8 @@ impl Stepper {
         if self.facts.has_suction {
             let length = self.model.size();
             let is_closed = |&index: &usize| {
-                self.taken.contains_key(&index) && gap(&self.model, data, found, index) < CLOSED * length
+                let has_rows = self.taken.contains_key(&index) && data.contact(index).address().is_some();
+                has_rows && gap(&self.model, data, found, index) < CLOSED * length
             };
             let closed = (0..data.contacts().len()).filter(is_closed).collect();
             let corners = corners(data, closed, BAND * length);

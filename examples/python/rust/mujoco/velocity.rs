@@ -197,9 +197,8 @@ impl VelocityPass {
         let is_driven = is_moved || blocked_for.is_some();
         let is_thrown = |found: &(Outcome, Answer<f64>)| is_driven && is_thrown(scene, island, found);
         if !self.is_usable(scene, island, settings, found.as_ref()) || found.as_ref().is_some_and(is_thrown) {
-            if let Some((outcome, _)) = &found {
-                ends.contradicts |= has_no_answer(outcome) && blocked_for.is_none();
-            }
+            let contradicts = found.as_ref().is_some_and(|(outcome, _)| has_no_answer(outcome));
+            ends.contradicts |= contradicts && blocked_for.is_none();
             engines.forget(name);
             found = None;
             if is_driven {
@@ -209,7 +208,7 @@ impl VelocityPass {
             if !self.is_usable(scene, island, settings, found.as_ref()) {
                 ends.gave_way = true;
                 engines.forget(name);
-                found = self.give_way(scene, island, engines, settings, ends.contradicts);
+                found = self.give_way(scene, island, engines, settings, contradicts);
                 if found.is_none() {
                     engines.forget(name);
                     found = Some(self.sweep(scene, island));

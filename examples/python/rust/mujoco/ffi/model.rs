@@ -106,7 +106,7 @@ impl Model {
             mocaps: size(layout.nmocap),
             equalities: size(layout.neq),
             tendons: size(layout.ntendon),
-            // Before 4.0 each has one control.
+            // Earlier versions have one control for each.
             actuators: size(layout.nactuator.unwrap_or(layout.nu)),
             controls: size(layout.nu),
             readings: size(layout.nsensordata),
