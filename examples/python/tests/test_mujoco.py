@@ -115,7 +115,7 @@ def test_each_step_obeys_the_law(name: str, h: float) -> None:
         assert judged_step(stepper, data) < 1e-6
         if name == "tower":
             data.qvel[:2] += 1e-3
-    # Before 3.4 MuJoCo lists other contacts of boxes, some nearly twice: up to 7 steps end above 1e-10, at 8e-8, in the bound above.
+    # Before 3.4 MuJoCo lists other contacts of boxes, some nearly twice: up to 7 steps end above 1e-10, within the bound above.
     # What falls on a corner: see below.
     assert stepper.unsolved <= (7 if mujoco.mj_version() < 340 else name == "falling")
     assert stepper.contradictions == 0
