@@ -30,7 +30,7 @@ class Law:
         """The stepper, on this model; packages build models anew at resets. Its counts go on."""
         if self.stepper.model is not model:
             fresh = Stepper(model, **self.settings)
-            fresh._tally = self.stepper._tally
+            fresh._own.tally = self.stepper._own.tally
             self.stepper._model, self.stepper._own, self.end = fresh.model, fresh._own, (-1.0, np.zeros((0, 3)))
             self.stepper._softness = fresh._softness
         return self.stepper

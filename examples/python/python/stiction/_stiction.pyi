@@ -50,7 +50,7 @@ class Kernel:
 
 @final
 class Stepper:
-    tally: tuple[Any, ...]
+    tally: dict[str, Any]
     def __new__(cls, library: PathLike[str], model: int, soft: Given) -> Stepper: ...
     @property
     def is_soft(self) -> bool: ...

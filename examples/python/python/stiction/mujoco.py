@@ -31,17 +31,17 @@ _REFUSED = ("SLEEP", "SPECULATIVE", "OVERRIDE")  # flags; earlier versions lack 
 
 
 class _Counter(Generic[_Number]):
-    """A number that the compiled side counts: its place there."""
+    """A number that the compiled side keeps under the same name."""
 
-    def __init__(self, place: int) -> None:
-        self.place = place
+    def __set_name__(self, _: type, name: str) -> None:
+        self.name = name
 
     def __get__(self, stepper: Stepper, _: type) -> _Number:
-        number: _Number = stepper._tally[self.place]
+        number: _Number = stepper._own.tally[self.name]
         return number
 
     def __set__(self, stepper: Stepper, number: _Number) -> None:
-        stepper._tally = (*stepper._tally[: self.place], number, *stepper._tally[self.place + 1 :])
+        stepper._own.tally = {**stepper._own.tally, self.name: number}
 
 
 class Stepper:
@@ -73,22 +73,26 @@ class Stepper:
     """
 
     #: Steps taken.
-    steps = _Counter[int](0)
+    steps = _Counter[int]()
     #: Steps whose error is above the tolerance.
-    unsolved = _Counter[int](1)
+    unsolved = _Counter[int]()
     #: The largest error of a step that was not solved; 0 if all were.
-    worst_unsolved = _Counter[float](2)
+    worst_unsolved = _Counter[float]()
     #: The largest error of all steps.
-    max_error = _Counter[float](3)
+    max_error = _Counter[float]()
     #: Steps in which what is moved from outside contradicts what holds, so that it gave way.
-    contradictions = _Counter[int](4)
+    contradictions = _Counter[int]()
     #: Steps in which the exact law had no usable answer and all contacts gave way a little.
-    fallbacks = _Counter[int](5)
+    fallbacks = _Counter[int]()
     #: Steps in which no compiled size held the contacts, velocities and joint rows of an island, so that all contacts gave way a
     #: little. They are not solved, with an infinite error.
-    crowded = _Counter[int](6)
+    crowded = _Counter[int]()
     #: Steps in which something moved farther than contacts are looked for on its way.
-    blind = _Counter[int](7)
+    blind = _Counter[int]()
+    #: Error of the last step.
+    error = _Counter[float]()
+    #: Work of the last step.
+    work = _Counter[int]()
 
     def __init__(
         self, model: mujoco.MjModel, *, tol: float = 1e-6, budget: int = 1000, compliance: Compliance = 0.0, soft: bool = False
@@ -119,7 +123,7 @@ class Stepper:
 
     def __getstate__(self) -> dict[str, Any]:
         """Take along what :meth:`state` has: with its data, or a copy of that, a copy goes on as this one does."""
-        return {**{name: own for name, own in vars(self).items() if name != "_own"}, "_state": (self._own.state(), self._tally)}
+        return {**{name: own for name, own in vars(self).items() if name != "_own"}, "_state": (self._own.state(), self._own.tally)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Take the model over anew."""
@@ -127,34 +131,13 @@ class Stepper:
         vars(self).update(state)
         self._own = _stiction.Stepper(_library(), self._model._address, self._softness)
         self._own.set_state(None, words)
-        self._tally = tally
-
-    @property
-    def _tally(self) -> tuple[Any, ...]:
-        """What is counted; at last status, error and work of the last step."""
-        return self._own.tally
-
-    @_tally.setter
-    def _tally(self, tally: tuple[Any, ...]) -> None:
         self._own.tally = tally
 
     @property
     def status(self) -> Status:
         """How the last step ended."""
-        status: int = self._tally[-1][0]
+        status: int = self._own.tally["status"]
         return _STATUS[status]
-
-    @property
-    def error(self) -> float:
-        """Its error."""
-        error: float = self._tally[-1][1]
-        return error
-
-    @property
-    def work(self) -> int:
-        """Its work."""
-        work: int = self._tally[-1][2]
-        return work
 
     @property
     def model(self) -> mujoco.MjModel:

@@ -88,8 +88,9 @@ pub(super) fn list(
                 *along += Vector3::from(*axis).dot(&live.crept);
             }
         }
-        let deepest = if touch.soft.is_some() { f64::INFINITY } else { TOUCHED * length };
-        let touched = !touch.is_new && touch.gap < TOUCHED * length && -touch.gap < deepest;
+        // What is soft overlaps on purpose.
+        let apart = if touch.soft.is_some() { touch.gap } else { touch.gap.abs() };
+        let touched = !touch.is_new && apart < TOUCHED * length;
         creep.counts = touched && sticks(place) && largest(&creep.along) > LEFT * length;
     }
     Creeps { of_touches: creeps, is_posed }

@@ -9,14 +9,15 @@ use stiction_kernels::engine::Engine;
 use stiction_kernels::problem::{Answer, Needs, Outcome, Problem};
 use stiction_kernels::sizes;
 
-/// Where nothing gives way, a velocity is solved to this share of the tolerance, but not to less than the second number: what rests is then
-/// seen to rest, and residuals do not add up.
+/// A rigid velocity is solved to this share of the tolerance, so that what rests is seen to rest and residuals do not add up; but to no less
+/// than `FINE`, unless less is asked.
 const FINER: f64 = 1e-3;
 const FINE: f64 = 1e-9;
-/// For how much work a solution is refined in which what sticks moves nevertheless, and to which error at the least.
-const FEW: usize = 20;
+/// A refinement aims at this share of the speed up to which what sticks counts as still, at an error of no less than `FINEST`, and takes
+/// this much work.
+const STILLER: f64 = 0.1;
 const FINEST: f64 = 1e-12;
-const SHARE: f64 = 0.1;
+const REFINING: usize = 20;
 
 /// What an island's kernel is used for.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -103,12 +104,10 @@ impl Engines {
             slot.engine.reset();
         }
         slot.engine.load(problem).ok()?;
-        let tolerance = if pass == Pass::Velocity && problem.compliance.is_empty() {
-            (FINER * settings.tolerance).max(FINE.min(settings.tolerance))
-        } else {
-            settings.tolerance
-        };
-        let mut outcome = slot.engine.solve(&Settings { tolerance, ..*settings }, false).ok()?;
+        let is_rigid = pass == Pass::Velocity && problem.compliance.is_empty();
+        let aim = if is_rigid { (FINER * settings.tolerance).max(FINE) } else { f64::INFINITY };
+        let within = |tolerance: f64| Settings { tolerance: tolerance.min(settings.tolerance), ..*settings };
+        let mut outcome = slot.engine.solve(&within(aim), false).ok()?;
         if matches!(outcome.status, Status::OutOfBudget | Status::PrecisionLimit)
             && outcome.error <= settings.tolerance
         {
@@ -116,9 +115,9 @@ impl Engines {
         }
         let sizes = [problem.n, problem.contacts(), problem.dim, problem.rows.lower.len()];
         slot.engine.read(&mut answer.out(sizes));
-        let tolerance = (outcome.error * SHARE * still / slip(answer, problem)).max(FINEST);
-        if outcome.status == Status::Solved && outcome.error > tolerance {
-            let finer = slot.engine.solve(&Settings { tolerance, budget: FEW, ..*settings }, false).ok()?;
+        let aim = (outcome.error * STILLER * still / slip(answer, problem)).max(FINEST);
+        if outcome.status == Status::Solved && outcome.error > aim {
+            let finer = slot.engine.solve(&Settings { budget: REFINING, ..within(aim) }, false).ok()?;
             outcome.add(&finer.work);
             if finer.error <= settings.tolerance {
                 slot.engine.read(&mut answer.out(sizes));

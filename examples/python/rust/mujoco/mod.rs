@@ -64,13 +64,13 @@ impl Stepper {
 
     /// How all steps have ended.
     #[getter]
-    fn tally(&self) -> tally::Numbers {
-        self.tally.numbers()
+    fn tally(&self) -> Tally {
+        self.tally
     }
 
     #[setter]
-    fn set_tally(&mut self, numbers: tally::Numbers) {
-        self.tally = Tally::of(numbers);
+    fn set_tally(&mut self, tally: Tally) {
+        self.tally = tally;
     }
 
     /// From now on impulses are those at which solves end: the motion is differentiated with these.

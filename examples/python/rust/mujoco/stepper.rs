@@ -463,10 +463,8 @@ fn listed(around: &Around<'_>, taken: &BTreeMap<usize, Taken>, found: &Found) ->
         let rows = there.map(|there| &there.rows[..]);
         let mut touch = Touch::new(around, index, (key, gap), rows, &mut scratch)?;
         touch.is_new = there.is_some();
-        touch.curve = match found.curves.get(&index) {
-            _ if touch.is_new => (-gap).max(0.0),
-            curve => curve.copied().unwrap_or(0.0),
-        };
+        touch.curve =
+            if touch.is_new { (-gap).max(0.0) } else { found.curves.get(&index).copied().unwrap_or(0.0) };
         Some(touch)
     };
     (0..around.data.contacts().len()).filter_map(touch).collect()

@@ -1,10 +1,12 @@
 //! How steps ended.
 
 use super::stepper::Report;
+use pyo3::prelude::*;
 use stiction::Status;
 
-/// How steps ended: how many, and how; for Python as numbers in this order.
-#[derive(Clone, Copy, Default)]
+/// How many steps there were, and how they ended; a dictionary in Python. Status, error and work are those of the last step.
+#[derive(Clone, Copy, Default, FromPyObject, IntoPyObject)]
+#[pyo3(from_item_all)]
 pub(super) struct Tally {
     steps: usize,
     pub(super) unsolved: usize,
@@ -14,11 +16,10 @@ pub(super) struct Tally {
     fallbacks: usize,
     crowded: usize,
     blind: usize,
-    last: (i64, f64, usize),
+    status: i64,
+    error: f64,
+    work: usize,
 }
-
-/// The numbers of a [`Tally`]; at last status, error and work of the last step.
-pub(super) type Numbers = (usize, usize, f64, f64, usize, usize, usize, usize, (i64, f64, usize));
 
 impl Tally {
     pub(super) fn add(&mut self, report: &Report) {
@@ -33,27 +34,6 @@ impl Tally {
             self.worst_unsolved = self.worst_unsolved.max(ends.error);
         }
         self.max_error = self.max_error.max(ends.error);
-        self.last = (ends.status as i64, ends.error, ends.work);
-    }
-
-    pub(super) fn numbers(&self) -> Numbers {
-        let &Self {
-            steps,
-            unsolved,
-            worst_unsolved,
-            max_error,
-            contradictions,
-            fallbacks,
-            crowded,
-            blind,
-            last,
-        } = self;
-        (steps, unsolved, worst_unsolved, max_error, contradictions, fallbacks, crowded, blind, last)
-    }
-
-    pub(super) fn of(numbers: Numbers) -> Self {
-        let (steps, unsolved, worst_unsolved, max_error, contradictions, fallbacks, crowded, blind, last) =
-            numbers;
-        Self { steps, unsolved, worst_unsolved, max_error, contradictions, fallbacks, crowded, blind, last }
+        (self.status, self.error, self.work) = (ends.status as i64, ends.error, ends.work);
     }
 }

@@ -164,7 +164,6 @@ impl VelocityPass {
         let is_moved = scene.is_moved(island);
         self.fill(scene, island);
         self.pack.reduce(scene.inertia);
-        ends.is_crowded |= sizes::index::<f64>(&self.pack.problem().needs()).is_err();
         let mut found = None;
         let blocked_for =
             self.blocked.remove(&name).filter(|_| is_moved || scene.is_open(island)).map(|steps| steps + 1);
@@ -179,6 +178,7 @@ impl VelocityPass {
                 self.blocked.insert(name, ASK_AGAIN - 1);
             }
         }
+        ends.is_crowded |= found.is_none() && sizes::index::<f64>(&self.pack.problem().needs()).is_err();
         let is_solved = |(outcome, _): &(Outcome, _)| outcome.status == Status::Solved;
         // From nothing, as the last step may lead astray; then from where the relaxation leads.
         for hint in [None, Some(Softness::Relaxed)] {
@@ -232,13 +232,14 @@ impl VelocityPass {
         settings: &Settings<f64>,
         contradicts: bool,
     ) -> Option<(Outcome, Answer<f64>)> {
-        let mut found = None;
-        for soft in &SOFT[..if contradicts { 1 } else { SOFT.len() }] {
-            let next = self.attempt(scene, island, engines, settings, Softness::All(*soft));
-            if !self.is_usable(scene, island, settings, next.as_ref())
-                || found.is_some()
-                    && !next.as_ref().is_some_and(|next| self.is_plausible(scene, island, &next.1))
-            {
+        let mut found: Option<(Outcome, Answer<f64>)> = None;
+        let times = if contradicts { 1 } else { SOFT.len() };
+        for &soft in SOFT.iter().take(times) {
+            let next = self.attempt(scene, island, engines, settings, Softness::All(soft)).filter(|next| {
+                let may_be = found.is_none() || self.is_plausible(scene, island, &next.1);
+                may_be && self.is_usable(scene, island, settings, Some(next))
+            });
+            if next.is_none() {
                 break;
             }
             found = next;
