@@ -55,98 +55,41 @@ macro_rules! links {
     };
 }
 
-#[doc = links!()]
-#[doc = include_str!("guide/first_robot.md")]
-pub mod first_robot {}
+/// The modules of pages, each with the file that has its text.
+macro_rules! pages {
+    ($($name:ident: $file:literal $({ $($pages:tt)* })?;)*) => {$(
+        #[doc = links!()]
+        #[doc = include_str!($file)]
+        pub mod $name {
+            $(pages! { $($pages)* })?
+        }
+    )*};
+}
 
-#[doc = links!()]
-#[doc = include_str!("guide/firmware.md")]
-pub mod firmware {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/symbols.md")]
-pub mod symbols {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/rows.md")]
-pub mod rows {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/two_bodies.md")]
-pub mod two_bodies {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/tick.md")]
-pub mod tick {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/python.md")]
-pub mod python {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/pinocchio.md")]
-pub mod pinocchio {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/c.md")]
-pub mod c {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/forces.md")]
-pub mod forces {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/loads.md")]
-pub mod loads {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/derivatives.md")]
-pub mod derivatives {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/many.md")]
-pub mod many {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/scenes.md")]
-pub mod scenes {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/method.md")]
-pub mod method {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/error.md")]
-pub mod error {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/note.md")]
-pub mod note {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/reports/README.md")]
-pub mod reports {
-    #[doc = links!()]
-    #[doc = include_str!("guide/reports/firmware.md")]
-    pub mod firmware {}
-
-    #[doc = links!()]
-    #[doc = include_str!("guide/reports/scenes.md")]
-    pub mod scenes {}
-
-    #[doc = links!()]
-    #[doc = include_str!("guide/reports/rest.md")]
-    pub mod rest {}
-
-    #[doc = links!()]
-    #[doc = include_str!("guide/reports/forces.md")]
-    pub mod forces {}
-
-    #[doc = links!()]
-    #[doc = include_str!("guide/reports/python.md")]
-    pub mod python {}
-
-    #[doc = links!()]
-    #[doc = include_str!("guide/reports/tuning.md")]
-    pub mod tuning {}
+pages! {
+    first_robot: "guide/first_robot.md";
+    firmware: "guide/firmware.md";
+    symbols: "guide/symbols.md";
+    rows: "guide/rows.md";
+    two_bodies: "guide/two_bodies.md";
+    tick: "guide/tick.md";
+    python: "guide/python.md";
+    pinocchio: "guide/pinocchio.md";
+    c: "guide/c.md";
+    forces: "guide/forces.md";
+    loads: "guide/loads.md";
+    derivatives: "guide/derivatives.md";
+    many: "guide/many.md";
+    scenes: "guide/scenes.md";
+    method: "guide/method.md";
+    error: "guide/error.md";
+    note: "guide/note.md";
+    reports: "guide/reports/README.md" {
+        firmware: "guide/reports/firmware.md";
+        scenes: "guide/reports/scenes.md";
+        rest: "guide/reports/rest.md";
+        forces: "guide/reports/forces.md";
+        python: "guide/reports/python.md";
+        tuning: "guide/reports/tuning.md";
+    };
 }
