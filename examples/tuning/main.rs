@@ -39,7 +39,7 @@ const CONSTANTS: [(&str, f64, f64); 24] = [
     ("tau_raise", 9.0, 1.0),
     ("sweeps_at_jam", 5.0, 0.0),
     ("jams_to_best", 3.0, 1e9),
-    ("jams_to_anywhere", 12.0, 1e9),
+    ("jams_to_farthest", 2.0, 1e9),
     ("patience", 1000.0, 1e9),
 ];
 

@@ -101,6 +101,14 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, 
         }
     }
 
+    /// Do the normals of two contacts differ by less than a hundredth, in rows of unit effective mass?
+    pub(crate) fn are_nearly_one(&self, i: usize, j: usize) -> bool {
+        let row = self.contacts.get(i).and_then(|rows| rows.first());
+        let coupling = row.and_then(|row| row.get(j)?.first()).copied().unwrap_or(T::ZERO);
+        let product = self.inverse_mass(i, 0) * self.inverse_mass(j, 0);
+        coupling > T::ZERO && coupling * coupling > product * T::literal(1.0 - 1e-4)
+    }
+
     /// Inverse mass `W_jj` that a joint row feels.
     pub(crate) fn row_inverse_mass(&self, row: usize) -> T {
         let entry = self.rows.get(row).and_then(|entries| entries.rows.get(row));

@@ -69,9 +69,4 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         self.sets.contact_square(r) > times * times * self.sets.contact_square(others)
     }
-
-    /// Expected impulse (N·s) of a contact or joint row with the effective mass `alpha`.
-    pub(crate) fn expected(&self, alpha: T) -> T {
-        if self.scene.is_mixed() { self.energy.expected(alpha) } else { self.expected_size }
-    }
 }

@@ -70,11 +70,6 @@ impl<T: Real> EnergyScale<T> {
         Self { unit, floor: alone.max(free) }
     }
 
-    /// The expected impulse (N·s) along a row of effective mass `alpha`.
-    pub(crate) fn expected(&self, alpha: T) -> T {
-        (self.floor * alpha).square_root() / self.unit
-    }
-
     /// Least square of the denominator of the momentum's error, where momenta are multiplied by `unit` and their squares divided
     /// by a mass. Where stiction holds a body against a spring, impulses cancel each other, and their sum is rounding alone.
     pub(crate) fn momentum_floor(&self, unit: T) -> T {

@@ -21,6 +21,7 @@ use crate::solver::phases::Phases;
 use crate::solver::solve::Solve;
 use crate::solver::state::{Failure, Newton, Next, Phase, Sweeps};
 use crate::solver::tuning;
+use core::mem;
 
 /// Fall of the merit after which Newton's method tries again to finish a path. The merit is a square: the residual has halved.
 const FALL: f64 = 4.0;
@@ -133,26 +134,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Some(length)
     }
 
-    /// Sets the impulses of the point to pseudo-random ones of the expected size, seeded by the number of jams.
-    fn restart_at_random(&mut self, jams: usize) {
-        let mut state = u32::try_from(jams).unwrap_or(0);
-        let mut random = |size: T| {
-            // The generator of Numerical Recipes; its upper half is random enough.
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            let share = T::count(usize::from((state >> 16) as u16)) / T::literal(32768.0);
-            size * (share - T::ONE)
-        };
-        let (problem, r) = (&*self.monitor.problem, &mut self.state.point.r);
-        for (r, set) in r.contacts.iter_mut().zip(problem.sets.contacts()) {
-            let size = problem.expected(set.alpha);
-            *r = r.map(|_| random(size));
-        }
-        for (r, set) in r.rows.iter_mut().zip(problem.sets.rows()) {
-            *r = random(problem.expected(set.alpha));
-        }
-        problem.sets.project(r);
-    }
-
     /// Leaves a jam by some sweeps, and begins another central path, or Newton's method if it may finish from the point after the sweeps.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn leave_jam(&mut self) -> Phase {
@@ -160,18 +141,18 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let tau = self.state.path.tau;
         let jams = self.state.path.jams;
         self.state.path.jams = jams.wrapping_add(1);
-        if jams > tuning::jams_to_anywhere() && jams % 4 == 1 {
-            self.restart_at_random(jams);
-        } else if (jams + 1).is_multiple_of(tuning::jams_to_best()) {
+        if (jams + 1).is_multiple_of(tuning::jams_to_best()) {
             self.set_best_impulses();
         }
+        let has_merged = jams.is_multiple_of(2) && self.merge_contacts();
         self.evaluate_impulses();
         if !self.state.point.estimate.is_finite() {
             self.set_zero_impulse();
         }
         if self.monitor.problem.can_be_swept() {
             self.state.sweeps = Sweeps::none();
-            for _ in 0..tuning::sweeps_at_jam() {
+            let sweeps = if has_merged { tuning::sweeps() } else { tuning::sweeps_at_jam() };
+            for _ in 0..sweeps {
                 self.sweep_once();
             }
         }
@@ -180,23 +161,52 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let value = values.get(jams % values.len().max(1));
             value.copied().unwrap_or(T::ONE)
         };
-        let gain = value(&tuning::GAINS.map(T::literal));
-        let beta = value(&tuning::WEIGHTS.map(T::literal));
+        let mut gain = value(&tuning::GAINS.map(T::literal));
+        let mut beta = value(&tuning::WEIGHTS.map(T::literal));
         // `tau` rises with each round of weights, so that no path repeats an earlier one.
         let round = T::count(1 + jams.div_euclid(tuning::WEIGHTS.len()));
         let mut raised = tau * tuning::tau_raise() * round;
         if jams == 0 {
             raised = raised.max(self.far_tau()); // the first path may have begun too near its end
         }
+        if jams == tuning::jams_to_farthest() {
+            (raised, gain, beta) = (self.far_tau() / T::EPSILON.square_root(), tuning::first_gain(), T::ONE);
+        }
         self.enter_path(raised, gain, beta);
         self.evaluate_impulses();
         self.consider();
-        if self.state.point.estimate < tuning::near() || self.monitor.must_return() {
+        if has_merged || self.state.point.estimate < tuning::near() || self.monitor.must_return() {
             self.rebuild_from_velocity();
             return Phase::Newton(Newton::finish());
         }
         self.back_to_path();
         Phase::CentralPath
+    }
+
+    /// Moves the impulse of each contact that is nearly the same as another one with more friction to that one. Returns false if there is none.
+    ///
+    /// A path shares the load between such contacts, and jams where one of them alone has to bear it.
+    #[inline(never)]
+    fn merge_contacts(&mut self) -> bool {
+        let problem = &*self.monitor.problem;
+        let (delassus, sets) = (problem.factor.delassus(), problem.sets.contacts());
+        let r = &mut self.state.point.r.contacts;
+        let mut has_merged = false;
+        for i in 0..sets.len() {
+            // Of contacts with the same friction the first one bears.
+            let rank = |k: usize| sets.get(k).map(|set| (set.cone.friction(), sets.len() - k));
+            let better = (0..sets.len()).find(|&j| rank(j) > rank(i) && delassus.are_nearly_one(i, j));
+            if let Some(j) = better
+                && let Ok([from, to]) = r.get_disjoint_mut([i, j])
+                && *from != [T::ZERO; D]
+            {
+                for (from, to) in from.iter_mut().zip(to) {
+                    *to += mem::replace(from, T::ZERO);
+                }
+                has_merged = true;
+            }
+        }
+        has_merged
     }
 
     /// The `tau` of a path that begins far from a solution.

@@ -6,10 +6,13 @@ use crate::solution::Status;
 use crate::solver::monitor::Monitor;
 use crate::solver::phases::Phases;
 use crate::solver::solve::Solve;
-use crate::solver::state::{Origin, Phase};
+use crate::solver::state::{Failure, Origin, Phase};
 
 /// Least budget with which the solver looks for a proof of a jam. The search takes as long as hundreds of sweeps.
 pub(crate) const JAM_BUDGET: usize = 1_000;
+
+/// A proof of infeasibility is looked for before any path if the least estimate exceeds this.
+const FAR: f64 = 0.01;
 
 /// Doubtful impulses that exceed those of the last solution by more than this factor are doubted anew.
 const GROWTH: f64 = 2.0;
@@ -54,17 +57,21 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize, P: Phases>
     Solve<'_, '_, T, N, D, C, R, S, P>
 {
-    /// Ends the solve after a rejected step of a cold start if the best impulses solve the scene, and after any rejected step if a proof shows that
-    /// none do. Nothing is asked of a step that began on the central path, or where a solution is known.
+    /// Ends the solve after a rejected step of a cold start if the best impulses solve the scene, and if a proof shows that none do. The proof is
+    /// looked for after a path has jammed, or before if the best impulses are far from a solution. Nothing is asked where a solution is known.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn examine_rejection(&mut self, origin: Origin) {
-        if matches!(origin, Origin::Path) || self.monitor.record.has_fallback() {
-            return;
-        }
-        if matches!(origin, Origin::Cold) && !self.monitor.problem.is_relaxed() {
+    pub(super) fn examine_failure(&mut self, failure: Failure) {
+        let is_early = match failure {
+            _ if self.monitor.record.has_fallback() => return,
+            Failure::Jammed => false,
+            Failure::Rejected(Origin::Cold | Origin::Guess) if !self.monitor.problem.is_relaxed() => true,
+            Failure::Rejected(_) => return,
+        };
+        if matches!(failure, Failure::Rejected(Origin::Cold)) {
             self.monitor.check_best();
         }
-        if !self.monitor.is_over() {
+        let is_far = self.monitor.record.best_estimate.is_none_or(|estimate| estimate > T::literal(FAR));
+        if !self.monitor.is_over() && (is_far || !is_early) {
             self.monitor.look_for_proof();
         }
         if self.monitor.is_over() {
@@ -97,7 +104,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         // The proof does not end the solve, because a solution may exist.
         if may_be_jammed
             && monitor.budget() >= JAM_BUDGET
-            && let Some(proof) = monitor.problem.jam()
+            && let Some(proof) =
+                monitor.problem.jam(None).or_else(|| monitor.problem.jam(Some(&self.state.point.r)))
         {
             monitor.write_certificate(&proof);
             monitor.solution.status = Status::Jammed;

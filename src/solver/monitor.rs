@@ -146,7 +146,26 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
     }
 
     /// Keeps impulses with the velocities `u` if their estimate is the least so far, unless they are absurd.
+    ///
+    /// Where the best are known by their error, others count by theirs: like is compared with like.
     pub(crate) fn keep(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>, estimate: T) {
+        let is_lower = self.record.best_estimate.is_none_or(|best| estimate < best);
+        if is_lower && self.record.is_by_error && !self.problem.is_relaxed() {
+            self.evaluate(r, false);
+            self.keep_by(r, u, (self.solution.error, true));
+            self.holds_best = self.record.best == *r;
+        } else {
+            self.keep_by(r, u, (estimate, false));
+        }
+    }
+
+    /// [`Self::keep`] by an estimate or by an error.
+    pub(super) fn keep_by(
+        &mut self,
+        r: &Stacked<T, D, C, R>,
+        u: &Stacked<T, D, C, R>,
+        (estimate, is_error): (T, bool),
+    ) {
         let best = self.record.best_estimate;
         if best.is_some_and(|best| estimate >= best && best.is_finite()) {
             return;
@@ -158,6 +177,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         self.holds_best = false;
         self.record.best = *r;
         self.record.best_estimate = Some(estimate);
+        self.record.is_by_error = is_error;
     }
 
     /// The impulses with the least estimate so far.

@@ -22,14 +22,18 @@ pub(crate) enum Call {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)] // so that `Closed` is zero, and a new solver takes no flash
 pub(super) enum RestQuestion {
-    /// The last solution was not at rest, or the question is answered.
+    /// The question is not asked: the last solution was not at rest, or no path has jammed.
     Closed,
+    /// The question is answered, or was given up.
+    Answered,
     /// The last solution was at rest. The question opens if the solve finds a solution in which a body moves.
     Pending,
     /// The question is open. The best impulses so far are a solution, in which a body slides or is about to.
     OpenWithSolution,
     /// The question is open, and no solution is known yet.
     Open,
+    /// The same, asked because a path has jammed.
+    OpenAfterJam,
     /// The last solution is at rest and still solves the scene. The solve looks for impulses farther inside the cones.
     Centring,
 }
@@ -74,6 +78,8 @@ pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
     pub(super) best: Stacked<T, D, C, R>,
     /// Estimate of their error (see [`super::monitor`]).
     pub(super) best_estimate: Option<T>,
+    /// Is that an error, with its bounds on rounding?
+    pub(super) is_by_error: bool,
     pub(super) check: Check,
     pub(super) factor_age: Age,
     /// Number of corrections of the velocities, see [`super::refinement`].
@@ -99,6 +105,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
             status: Status::Unsolved,
             best: Stacked::zero(),
             best_estimate: None,
+            is_by_error: false,
             check: Check::None,
             counts_stopping: false,
             factor_age: Age::New,
@@ -116,6 +123,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
         self.begun = Begun::No;
         self.status = Status::Unsolved;
         self.best_estimate = None;
+        self.is_by_error = false;
         self.check = Check::None;
         self.counts_stopping = false;
         self.corrections = 0;

@@ -13,7 +13,7 @@ use crate::solution::Status;
 use crate::solver::monitor::Monitor;
 use crate::solver::phases::Phases;
 use crate::solver::record::Call;
-use crate::solver::state::{Failure, Next, Phase, State};
+use crate::solver::state::{Next, Phase, State};
 use crate::solver::warm_start::{WarmStart, WarmStartKind};
 use core::marker::PhantomData;
 
@@ -121,8 +121,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// first.
     fn go_on(&mut self, mut next: Next) {
         if P::CENTRAL_PATH && !self.monitor.is_check_due() {
-            if let Err(Failure::Rejected(origin)) = next {
-                self.examine_rejection(origin);
+            if let Err(failure) = next {
+                self.examine_failure(failure);
             }
             next = self.ask_rest_question(next);
         }

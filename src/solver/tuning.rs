@@ -57,6 +57,8 @@ numbers! {
 
     /// Newton: the step from the guess that all contacts stick may raise the merit by this factor.
     merit_growth: 1e5;
+    /// Newton: a rejected step of a path's end is tried again with more damping if the estimate is below this many tolerances.
+    valley: 10.0;
     /// Newton: chord steps follow as long as the merit falls to at most this share in each step.
     chord_fall: 0.1;
 
@@ -66,6 +68,8 @@ numbers! {
     hyperstatic_damping: 1e-3;
     /// Damping: `δ` over the estimate in steps that finish the central path.
     finish_damping: 0.1;
+    /// Damping: the same after a rejected step near a solution.
+    valley_damping: 1e3;
 
     /// Central path: the first `tau` over the mean of `alpha |q|²`.
     first_tau: 10.0;
@@ -80,7 +84,7 @@ numbers! {
     /// Central path: Newton's method finishes if the estimate of the error is below this.
     near: 1e-3;
     /// Central path: a step shorter than this is a jam.
-    jammed: 0.1;
+    jammed: 0.02;
     /// Central path: a jam raises `tau` by this factor, in the second round of [`WEIGHTS`] by twice as much, and so on.
     tau_raise: 9.0;
 }
@@ -101,8 +105,8 @@ counts! {
     sweeps_at_jam: 5;
     /// Central path: one jam in this many continues from the best impulses so far, but not the first one.
     jams_to_best: 3;
-    /// Central path: after this many jams, one in four continues from pseudo-random impulses.
-    jams_to_anywhere: 12;
+    /// Central path: the path after this many jams and one more begins with the `tau` of a path that begins far away, over the root of `eps`.
+    jams_to_farthest: 2;
 
     /// Work without a halved error after which rounding is to blame, if the error is below `1024 eps`.
     patience: 1000;

@@ -32,12 +32,22 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     Problem<'_, T, N, D, C, R, S>
 {
     /// Searches for a `d` that proves a jam, in physical rows; `None` if it finds none.
+    ///
+    /// It begins at `-w`, or at impulses of a path that grow without bound: in a jam they grow along a proof.
     #[inline(never)]
-    pub(crate) fn jam(&self) -> Option<Stacked<T, D, C, R>> {
+    pub(crate) fn jam(&self, grown: Option<&Stacked<T, D, C, R>>) -> Option<Stacked<T, D, C, R>> {
         let demands = self.scene.demands();
         let Weighted { mut weights, offsets } = self.weighted(&demands.rows);
         let mut x = Stacked::zero();
-        add(&mut x, &offsets, -T::ONE);
+        if let Some(grown) = grown {
+            for (x, &r, &weight) in zip3(x.iter_mut(), grown.iter(), weights.iter()) {
+                *x = if weight > T::ZERO { r / weight } else { T::ZERO };
+            }
+            let size = T::ONE / dot(&x, &x).square_root();
+            x.iter_mut().for_each(|x| *x *= size);
+        } else {
+            add(&mut x, &offsets, -T::ONE);
+        }
         self.balance(&weights, &mut x);
         let least = dot(&x, &x) * T::literal(1e-6);
         for round in 0.. {

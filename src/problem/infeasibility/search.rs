@@ -10,6 +10,9 @@ use crate::linalg::vector::at_least;
 use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
 
+/// Share of the largest entry of a proof, below which another has no part in it.
+const NO_PART: f64 = 1e-6;
+
 /// The condition of a row on its velocity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Demand {
@@ -114,15 +117,28 @@ impl<T: Real, const C: usize, const R: usize> Search<T, C, R> {
         }
     }
 
-    /// Moves `d` into the null space of `W`, by inverse iteration on its support; `None` if the demands do not allow the result.
+    /// Moves `d` into the null space of `W`, by inverse iteration on its support; `None` if the demands do not allow the result. Entries that
+    /// have no part in it, or become negative, leave the support: others of the minimiser are rounding there.
     #[inline(never)]
     pub(super) fn purify(&self, d: &mut Proof<T, C, R>) -> Option<()> {
-        let support = support(d);
-        for _ in 0..3 {
+        for _ in 0..4 {
+            let support = support(d);
+            for _ in 0..3 {
+                normalise(d);
+                *d = self.solve(&support, T::ZERO, &self.offsets, d)?;
+            }
             normalise(d);
-            *d = self.solve(&support, T::ZERO, &self.offsets, d)?;
+            let mut has_shrunk = false;
+            for (d, demand) in d.iter_mut().zip(self.demands.iter()) {
+                let size = if *demand == Demand::Zero { d.abs() } else { *d };
+                if size < T::literal(NO_PART) && *d != T::ZERO {
+                    (*d, has_shrunk) = (T::ZERO, true);
+                }
+            }
+            if !has_shrunk {
+                break;
+            }
         }
-        normalise(d);
         for d in d.iter_mut() {
             if d.abs() < T::EPSILON * T::literal(64.0) {
                 *d = T::ZERO;

@@ -19,14 +19,15 @@
 //! |---|---|---|
 //! | closed | the solve starts, and the last solution was at rest | pending |
 //! | closed | the solve starts, and a rest that was disturbed is still a solution | centring |
+//! | closed | the central path has jammed, and standing still obeys all laws | open after a jam; the central path |
 //! | pending | a solution leaves the rest | open with a solution; the central path |
-//! | pending | a solution stays | closed |
+//! | pending | a solution stays | answered |
 //! | pending | Newton's method fails from the last solution | open; Newton's method from there |
 //! | open, with a solution or without | Newton's method fails from a cold start | the same; the central path |
-//! | open, with a solution or without | the path jams, or not all bodies can stay | closed |
-//! | open, with a solution or without | a solution at rest is exact enough | closed: solved |
-//! | centring | any failure, or impulses farther inside are exact enough | closed: solved |
-//! | open with a solution, centring | the call ends | closed: solved |
+//! | open, with a solution or without | the path jams, or not all bodies can stay | answered |
+//! | open, with a solution or without | a solution at rest is exact enough | answered: solved |
+//! | centring | any failure, or impulses farther inside are exact enough | answered: solved |
+//! | open with a solution, centring | the call ends | answered: solved |
 //!
 //! `monitor` evaluates points while the question is open or impulses are centred: the relaxation is then solved in place of Coulomb's law.
 //! `motion` says what moves and what may stay.
@@ -47,7 +48,7 @@ const DISTURBED: f64 = 0.01;
 impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R> {
     /// Is the relaxation solved in place of Coulomb's law, because the question is open or impulses are centred?
     pub(super) fn solves_relaxation(&self) -> bool {
-        self.has_fallback() || self.rest == RestQuestion::Open
+        self.has_fallback() || matches!(self.rest, RestQuestion::Open | RestQuestion::OpenAfterJam)
     }
 
     /// Are the best impulses a solution, to fall back on if the rest question is closed without an answer?
@@ -65,10 +66,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         if let Ok(Phase::Start(_)) = next {
             return self.ask_at_start().map_or(next, Ok);
         }
-        if self.monitor.record.rest == RestQuestion::Closed {
-            return next;
+        match self.monitor.record.rest {
+            RestQuestion::Closed if matches!(next, Err(Failure::Jammed)) => self.ask_after_jam(next),
+            RestQuestion::Closed | RestQuestion::Answered => next,
+            _ => self.ask_on(next),
         }
-        self.ask_on(next)
     }
 
     /// Asks at the start of a solve, if the last solution was at rest. Returns the first phase if the question opens at once.
@@ -93,6 +95,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         None
     }
 
+    /// Asks after the first jam: friction may lock what a path does not find.
+    fn ask_after_jam(&mut self, next: Next) -> Next {
+        let problem = &*self.monitor.problem;
+        if self.monitor.is_over() || problem.model != Model::Coulomb || !problem.can_stand_still() {
+            return next;
+        }
+        self.monitor.open_rest_question(RestQuestion::OpenAfterJam);
+        self.evaluate_impulses();
+        Ok(self.begin_path())
+    }
+
     /// Asks where there is a question: opens it if the solution leaves a rest, and closes it once the answer is no.
     fn ask_on(&mut self, next: Next) -> Next {
         if self.monitor.leaves_rest(&self.state.point) {
@@ -106,7 +119,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 self.monitor.open_rest_question(RestQuestion::Open);
                 Ok(self.begin_newton(Newton::new()))
             }
-            (RestQuestion::Closed | RestQuestion::Pending, _) => return next,
+            (RestQuestion::Closed | RestQuestion::Answered | RestQuestion::Pending, _) => return next,
             (RestQuestion::Centring, Err(_)) | (_, Err(Failure::Jammed)) => return Ok(self.close()),
             (_, Err(Failure::Rejected(Origin::Cold))) => Ok(self.begin_path()),
             (_, next) => next,
@@ -117,12 +130,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Closes the question: not all bodies can stay, or the answer was not found. Returns [`Phase::Idle`] if a solution is known,
     /// otherwise the first phase of the search for one.
     fn close(&mut self) -> Phase {
+        let has_jammed = self.monitor.record.rest == RestQuestion::OpenAfterJam;
         if self.monitor.close_rest_question() {
             // The next solve starts there. (A solution has no estimate if it was found at the start.)
             self.state.point.r.copy_from(&self.monitor.record.best);
             self.evaluate_impulses();
             self.rebuild_from_velocity();
             return Phase::Idle;
+        }
+        if has_jammed {
+            return self.leave_jam();
         }
         self.set_zero_impulse();
         self.begin_cold(false)

@@ -16,6 +16,12 @@ const CREEPS: f64 = 2.0;
 /// A solution at rest closes the question if its estimate is at most this share of the tolerance.
 const ANSWERED: f64 = 0.125;
 
+/// After a jam the answer is no if the estimate by the relaxation is below [`NEAR`] and below this share of that by Coulomb's law.
+const CLEAR: f64 = 0.05;
+
+/// See [`CLEAR`].
+const NEAR: f64 = 0.01;
+
 /// The relaxation counts as solved exactly if its estimate is at most this share of the tolerance.
 const EXACT: f64 = 1.0 / 64.0;
 
@@ -39,7 +45,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         if self.record.rest != RestQuestion::Pending || self.record.status != Status::Solved {
             return false;
         }
-        self.record.rest = RestQuestion::Closed;
+        self.record.rest = RestQuestion::Answered;
         let limit = self.tolerance() * T::literal(LEAVES);
         if self.problem.hardly_moves(point, limit) {
             return false;
@@ -89,7 +95,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             }
             let answered = self.tolerance() * T::literal(ANSWERED);
             if estimate <= answered || self.is_exact(point) {
-                self.record.rest = RestQuestion::Closed;
+                self.record.rest = RestQuestion::Answered;
                 self.stop(Status::Solved);
                 return;
             }
@@ -112,14 +118,18 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Is it known that not all bodies can stay? Either the relaxation is solved exactly without a solution of Coulomb's law, or the duality
     /// gap proves that a contact moves, which probably slides.
-    pub(super) fn cannot_rest(&self, point: &NewtonPoint<T, D, C, R>) -> bool {
-        self.is_exact(point) || self.problem.must_slide(&point.r, &point.u)
+    pub(super) fn cannot_rest(&mut self, point: &NewtonPoint<T, D, C, R>) -> bool {
+        let is_near = self.record.rest == RestQuestion::OpenAfterJam && point.estimate < T::literal(NEAR);
+        let clear = T::literal(CLEAR);
+        is_near && point.estimate < clear * self.problem.estimate_by(Model::Coulomb, &point.r, &point.u)
+            || self.is_exact(point)
+            || self.problem.must_slide(&point.r, &point.u)
     }
 
     /// Closes the rest question. If a solution is known, writes it, ends the solve, and returns true.
     pub(super) fn close_rest_question(&mut self) -> bool {
         let has_fallback = self.record.has_fallback();
-        self.record.rest = RestQuestion::Closed;
+        self.record.rest = RestQuestion::Answered;
         self.record.check = Check::None;
         self.problem.set_law(Model::Coulomb);
         if has_fallback {
