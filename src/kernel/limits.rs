@@ -18,6 +18,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// the free motion violates, and those that pushed in the last solve (by [`JointRow::key`]). If its solution violates other limits, another
     /// pass appends them. A limit that is not reached costs one product `row · v`, and its key is compared with those before it.
     /// Solution, error and promise are those of a scene with all limits: `row · v + offset >= 0` holds exactly for limits that are not reached.
+    /// A scene that is proved infeasible or jammed without some limits is so with them: then the call ends, and its velocity may violate them.
     ///
     /// [`Solution::row_by_key`] finds the reached limits: each limit has a key that no other limit and no joint row of the scene has. A row of
     /// another law than [`RowLaw::Limit`] is always appended.
@@ -138,7 +139,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 _ => break result,
             };
         };
-        if result.is_err() && call == Call::Append {
+        if result.is_err() && matches!(call, Call::Append { .. }) {
             self.solver.invalidate();
         }
         self.note_doubt(result.is_err());
@@ -186,20 +187,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             if self.scene.rows().len() > first {
                 self.factor.extend(&self.scene, first)?;
             }
-            let mut remaining = *settings;
-            if *call == Call::Append {
-                let spent = self.solver.solution().work.total().saturating_sub(earlier_work);
-                remaining.budget = settings.budget.saturating_sub(spent);
-            }
-            let data = (&self.scene, &self.factor, free_impulse, &remaining);
+            let budget = settings.budget.saturating_sub(call.spent());
+            let data = (&self.scene, &self.factor, free_impulse, &Settings { budget, ..*settings });
             let is_over = self.solver.work(data, *call, writes)?;
-            *call = Call::Append;
             let solution = self.solver.solution();
-            if solution.status == Status::Infeasible {
-                return Ok(Some(true));
-            }
+            *call = Call::Append { spent: solution.work.total().saturating_sub(earlier_work) };
             first = self.scene.rows().len();
-            if is_over || writes {
+            let is_proved = matches!(solution.status, Status::Infeasible | Status::Jammed);
+            if (is_over || writes) && !is_proved {
                 let velocity = solution.velocity;
                 let leaves_out = self.append(&mut reached, limits, &velocity, (start, false))?;
                 if leaves_out && self.scene.rows().len() == first {

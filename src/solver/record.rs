@@ -13,9 +13,19 @@ pub(crate) enum Call {
     /// It begins another solve.
     Begin,
     /// It begins the same solve again, with more joint rows.
-    Append,
+    Append {
+        /// Work of the passes before, which the budget of this one lacks.
+        spent: usize,
+    },
     /// It continues the solve.
     Resume,
+}
+
+impl Call {
+    /// Work of the passes before in the same call.
+    pub(crate) const fn spent(self) -> usize {
+        if let Self::Append { spent } = self { spent } else { 0 }
+    }
 }
 
 /// The rest question, "can all bodies stay at rest?", and how far a solve is with it (see [`super::rest`]).
