@@ -60,7 +60,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C, R>, Error> {
-        self.run_with_limits((limits, free_impulse, settings), Start::Pushed, true)?;
+        self.run_with_limits((limits, free_impulse, settings), false, true)?;
         Ok(self.solver.solution())
     }
 
@@ -77,7 +77,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C, R>, Error> {
-        self.run_with_limits((limits, free_impulse, settings), Start::Paused, true)?;
+        self.run_with_limits((limits, free_impulse, settings), true, true)?;
         Ok(self.solver.solution())
     }
 
@@ -110,19 +110,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<bool, Error> {
-        self.run_with_limits((limits, free_impulse, &settings.of_a_piece()), Start::Paused, false)
+        self.run_with_limits((limits, free_impulse, &settings.of_a_piece()), true, false)
     }
 
-    /// Works on a solve with limits, and returns true if it has ended. `writes`: writes a solution also at the end of the budget.
-    fn run_with_limits(
-        &mut self,
-        data: Data<'_, T, N>,
-        mut start: Start,
-        writes: bool,
-    ) -> Result<bool, Error> {
+    /// Works on a solve with limits, and returns true if it has ended. `resumes`: continues a paused one if there is one. `writes`: writes a
+    /// solution also at the end of the budget.
+    fn run_with_limits(&mut self, data: Data<'_, T, N>, resumes: bool, writes: bool) -> Result<bool, Error> {
         check_entries::<T, N>(self.scene.used(data.1, 1), Input::FreeImpulse)?;
-        let may_resume = start == Start::Paused && self.solver.has_limits();
+        let may_resume = resumes && self.solver.has_limits();
         self.prepare_to_solve(if may_resume { Call::Resume } else { Call::Begin })?;
+        let mut start = if may_resume { Start::Paused } else { Start::Pushed };
         let (scene_rows, checkpoint) = (self.scene.rows().len(), self.factor.checkpoint());
         let mut call = Call::Begin;
         let result = loop {
@@ -157,8 +154,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Ok(())
     }
 
-    /// Solves and appends violated limits until none is violated. Returns whether the solve has ended, and `None` if a paused
-    /// solve was wanted, but none has this data.
+    /// Solves and appends violated limits until none is violated. Returns whether the solve has ended, and `None` if the paused solve has
+    /// other data.
     fn solve_reached(
         &mut self,
         (limits, free_impulse, settings): Data<'_, T, N>,
@@ -169,9 +166,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut first = self.scene.rows().len();
         let (mut reached, mut earlier_work) = ([usize::MAX; R], 0);
         if start == Start::Paused {
-            if !self.solver.has_limits() {
-                return Ok(None);
-            }
             self.append_paused(&mut reached, limits);
             let solver = &self.solver;
             if !solver.is_paused_with_limits(&self.scene, free_impulse, settings) {

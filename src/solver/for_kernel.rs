@@ -75,6 +75,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         self.record.factor_age = age;
     }
 
+    /// The age of the factor of the last solve.
+    #[cfg(test)]
+    pub(crate) const fn factor_age(&self) -> Age {
+        self.record.factor_age
+    }
+
     /// Did a joint row with this key push in the last solve?
     pub(crate) fn has_pushed(&self, key: u32) -> bool {
         self.warm_start.has_pushed(key)
