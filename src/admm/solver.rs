@@ -8,7 +8,7 @@ use crate::factor::resolvent::Resolvent;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::quotient;
 use crate::linalg::zip::zip3;
-use crate::problem::Problem;
+use crate::problem::{Age, Problem};
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::solution::{Settings, Solution};
@@ -133,7 +133,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     ) -> Result<&Solution<T, N, D, C>, Error> {
         self.solution.invalidate_if_unsolved();
         Problem::check(scene, factor.factor(), free_impulse, settings)?;
-        let mut problem = Problem::new(scene, factor.factor(), free_impulse, settings.model);
+        let mut problem = Problem::new(scene, factor.factor(), free_impulse, settings, Age::New);
         problem.fill(false);
         let resolvent = factor.resolvent();
         if call == Call::Begin {

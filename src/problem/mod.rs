@@ -96,7 +96,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         scene: &'a Scene<T, N, D, C, R, S>,
         factor: &'a Factor<T, N, D, C, R>,
         free_impulse: &'a SVector<T, N>,
-        model: Model,
+        &Settings { model, still, .. }: &Settings<T>,
+        factor_age: Age,
     ) -> Self {
         Self {
             scene,
@@ -104,8 +105,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             free_impulse,
             model,
             law: model,
-            still: T::ZERO,
-            factor_age: Age::New,
+            still,
+            factor_age,
             whitened: [T::ZERO; N],
             free_energy: T::ZERO,
             sets: Sets::of(scene.counts()),

@@ -267,9 +267,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         if call != Call::Resume {
             self.record.begin();
         }
-        let mut problem = Problem::new(scene, factor, free_impulse, settings.model);
-        problem.still = settings.still;
-        problem.factor_age = self.record.factor_age;
+        let mut problem = Problem::new(scene, factor, free_impulse, settings, self.record.factor_age);
         problem.fill(true);
         let (solution, record) = (&mut self.solution, &mut self.record);
         let monitor = Monitor::new(&mut problem, settings, solution, record, call);
