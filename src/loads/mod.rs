@@ -68,8 +68,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> LeastImpulses<T, D
     /// A contact with compliance keeps what its spring bears. If its rows differ in compliance, all count as the softest.
     ///
     /// # Errors
-    /// [`Error::InvalidTolerance`]; [`Error::StaleFactor`]; [`Error::NoSolution`] if the solution is not usable at that error, or belongs to another
-    /// scene (as [`crate::Derivative::new`]), or if numbers overflow.
+    /// [`Error::InvalidTolerance`]; [`Error::StaleFactor`]; [`Error::NoSolution`] if the solution is not usable at that error, or if numbers
+    /// overflow; [`Error::SceneChanged`].
     pub fn new<const N: usize, const S: usize>(
         scene: &Scene<T, N, D, C, R, S>,
         factor: &Factor<T, N, D, C, R>,

@@ -190,6 +190,7 @@ pub(crate) fn fingerprint<
     free_impulse: &SVector<T, N>,
     settings: &Settings<T>,
 ) -> u64 {
-    let data = scene.data_fingerprint(free_impulse);
-    settings.tolerance.hash(data) ^ u64::from(settings.model == Model::Coulomb)
+    let hash = settings.tolerance.hash(u64::from(settings.model == Model::Coulomb));
+    let free_impulse = scene.used(free_impulse, 1).iter();
+    scene.data_fingerprint(free_impulse.fold(hash, |hash, entry| entry.hash(hash)))
 }
