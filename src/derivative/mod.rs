@@ -99,7 +99,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         solution: &Solution<T, N, D, C, R>,
         settings: &Settings<T>,
     ) -> Result<Self, Error> {
-        check_solution(scene, factor, solution, settings)?;
+        solution.check(scene, factor, settings)?;
         let mut derivative = Self {
             scene,
             factor,
@@ -230,27 +230,4 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     pub const fn has_unique_velocity(&self) -> bool {
         !self.moves_freely
     }
-}
-
-/// Checks that a solution is usable, and that it is that of the scene as it is.
-pub(crate) fn check_solution<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
->(
-    scene: &Scene<T, N, D, C, R, S>,
-    factor: &Factor<T, N, D, C, R>,
-    solution: &Solution<T, N, D, C, R>,
-    settings: &Settings<T>,
-) -> Result<(), Error> {
-    if !factor.is_current(scene) {
-        return Err(Error::StaleFactor);
-    }
-    if !solution.is_usable(settings.tolerance) || !solution.has_numbers() {
-        return Err(Error::NoSolution);
-    }
-    if solution.data == scene.data_fingerprint(0) { Ok(()) } else { Err(Error::SceneChanged) }
 }

@@ -136,7 +136,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 _ => break result,
             };
         };
-        if result.is_err() && matches!(call, Call::Append { .. }) {
+        if result.is_err() && matches!(call, Call::Append(_)) {
             self.solver.invalidate();
         }
         self.note_doubt(result.is_err());
@@ -185,7 +185,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let data = (&self.scene, &self.factor, free_impulse, &Settings { budget, ..*settings });
             let is_over = self.solver.work(data, *call, writes)?;
             let solution = self.solver.solution();
-            *call = Call::Append { spent: solution.work.total().saturating_sub(earlier_work) };
+            *call = Call::Append(solution.work.total().saturating_sub(earlier_work));
             first = self.scene.rows().len();
             let is_proved = matches!(solution.status, Status::Infeasible | Status::Jammed);
             if (is_over || writes) && !is_proved {
@@ -204,7 +204,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Appends the limits of the paused solve to the joint rows, in the same order.
     fn append_paused(&mut self, reached: &mut [usize; R], limits: &[JointRow<T, N>]) {
-        let keys = self.solver.row_keys().skip(self.scene.rows().len());
+        let keys = self.solver.warm_start().row_keys().skip(self.scene.rows().len());
         for key in keys {
             let mut found = limits.iter().enumerate().filter(|(_, limit)| limit.key == key);
             if let Some((limit, row)) = found.next()
@@ -245,7 +245,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 && speed.is_finite()
                 && row.law == RowLaw::Limit
                 && row.compliance >= T::ZERO
-                && !(with_pushed && self.solver.has_pushed(row.key));
+                && !(with_pushed && self.solver.warm_start().has_pushed(row.key));
             if is_open || reached.contains(&limit) {
                 continue;
             }

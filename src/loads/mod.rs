@@ -5,7 +5,6 @@
 //! that carry the same momentum, [`springs`] finds those of springs of equal stiffness.
 
 use crate::cone::FrictionCone;
-use crate::derivative::check_solution;
 use crate::error::Error;
 use crate::factor::Factor;
 use crate::linalg::blocks::product;
@@ -146,7 +145,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sp
     ) -> Result<(), Error> {
         let factor = self.factor;
         settings.check()?;
-        check_solution(scene, factor, solution, settings)?;
+        solution.check(scene, factor, settings)?;
         let over_softness = match question {
             Question::Share => T::ONE / self.softness,
             Question::Reserve => T::ZERO,

@@ -332,3 +332,22 @@ fn a_jam_is_proved_with_limits_as_with_joint_rows() -> Result<(), Error> {
     assert!(jams > 40 && late < 4, "{jams} {late}");
     Ok(())
 }
+
+/// A solve with limits trusts a factor that it has just computed, and the next one does not. It saves sums, and shows in `Debug` alone.
+#[test]
+fn a_new_factor_is_trusted_once_with_limits() -> Result<(), Error> {
+    let (limits, push, settings) = ([limit(1, 1.0, 0.25, 0)], vector![-1.0, -1.0], Settings::new(1e-9));
+    for call in 0..3 {
+        let mut kernel = pair()?;
+        for age in ["factor_age: New", "factor_age: Old"] {
+            match call {
+                0 => kernel.solve_with_limits(&limits, &push, &settings).map(drop)?,
+                1 => kernel.resume_with_limits(&limits, &push, &settings).map(drop)?,
+                _ => while !kernel.advance_with_limits(&limits, &push, &settings)? {},
+            }
+            assert!(kernel.solution().is_solved());
+            assert!(format!("{:?}", kernel.solver()).contains(age), "{call}: {age}");
+        }
+    }
+    Ok(())
+}
