@@ -110,7 +110,7 @@ impl<T: Real> FrictionCone<T> {
 
     /// Euclidean projection (6) onto the cone: Eq. (8) for `K`, and (10) for `K*`, the [`Self::dual`].
     ///
-    /// These are (1) and (2) of the note again. `tests/cone.rs` has the spectral form (3)-(5), (7), which gives the same.
+    /// These are (1) and (2) of the note again. `tests/small/cone.rs` has the spectral form (3)-(5), (7), which gives the same.
     #[must_use]
     pub fn project<const D: usize>(&self, x: &SVector<T, D>) -> SVector<T, D> {
         if self.axial == T::ZERO {

@@ -88,7 +88,9 @@ pub enum Part {
 /// | filling a [`crate::Scene`] | [`Self::NotFinite`], [`Self::MassNotSymmetric`], [`Self::InvalidFriction`], [`Self::InvalidBounds`], [`Self::InvalidCompliance`], [`Self::InvalidRowCompliance`], [`Self::ListFull`], [`Self::InvalidVelocityCount`], [`Self::NoSuchContact`], [`Self::NoSuchRow`] |
 /// | [`crate::Kernel::solve`] | [`Self::SceneIncomplete`], [`Self::NotFinite`] of the free impulse, [`Self::InvalidTolerance`], [`Self::MassNotPositiveDefinite`], [`Self::DelassusOutOfRange`], [`Self::RowOutOfRange`] |
 /// | [`crate::Kernel::solve_with_limits`]; `resume` and `advance` after it | [`Self::LimitKeyTaken`], [`Self::InvalidLimit`], [`Self::NotFinite`], [`Self::ListFull`]; [`Self::LimitsLeftOut`] |
-/// | [`crate::Kernel::derivative`] | [`Self::NoSolution`], [`Self::StaleFactor`] |
+/// | [`crate::Kernel::derivative`] | [`Self::NoSolution`], [`Self::SceneChanged`], [`Self::StaleFactor`] |
+/// | [`crate::Kernel::least_impulses`], `slip_reserve`, `load_reserve` | these, [`Self::InvalidTolerance`], [`Self::NotFinite`] of the load |
+/// | [`crate::Kernel::rest_reserve`] | those of a solve, [`Self::NoSolution`] if numbers overflow |
 /// | a [`crate::Solver`] or [`crate::AdmmSolver`] with a factor of its own | [`Self::StaleFactor`], [`Self::InvalidPenalty`] |
 /// | helpers of [`crate::time_stepping`] | [`Self::InvalidParameter`] |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -197,9 +199,12 @@ pub enum Error {
     },
     /// The paused solve has limits: [`crate::Kernel::resume_with_limits`] or [`crate::Kernel::advance_with_limits`] continues it.
     LimitsLeftOut,
-    /// There is no solution to differentiate: its error is above the tolerance, the scene has none, or the keys of the contacts and joint rows have
-    /// changed since.
+    /// There is no usable solution of which a derivative or least impulses could be computed: none, one whose error is above the tolerance, or
+    /// numbers overflow.
     NoSolution,
+    /// The solution is not that of the scene as it is: `M`, a Jacobian, an offset, friction, compliance, a joint row or a key has changed since the
+    /// solve. Or the solve has reached limits of [`crate::Kernel::solve_with_limits`], which the scene lacks.
+    SceneChanged,
     /// There is no joint row of this index.
     NoSuchRow {
         /// The index asked for.
@@ -302,7 +307,13 @@ impl fmt::Display for Error {
                 write!(f, "limit {limit} has the key of another limit or of a joint row")
             }
             Self::LimitsLeftOut => write!(f, "the paused solve has limits, and this call leaves them out"),
-            Self::NoSolution => write!(f, "there is no solution of the scene to be differentiated"),
+            Self::NoSolution => {
+                write!(f, "there is no solution with an error within the tolerance, or numbers overflow")
+            }
+            Self::SceneChanged => write!(
+                f,
+                "the scene is not that of the solution: it has changed since, or limits were reached"
+            ),
             Self::NoSuchRow { row } => write!(f, "there is no joint row {row}"),
             Self::InvalidParameter { parameter } => write!(f, "{parameter}"),
         }

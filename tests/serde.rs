@@ -109,6 +109,7 @@ fn every_kind_of_error_is_read_back() {
     for error in [
         Error::InvalidPenalty,
         Error::StaleFactor,
+        Error::SceneChanged,
         Error::NotFinite { input, row: 1, column: 2 },
         Error::DelassusOutOfRange { contact: 5 },
         Error::RowOutOfRange { key: u32::MAX },

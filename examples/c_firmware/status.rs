@@ -180,7 +180,7 @@ impl From<Error> for Status {
             Error::InvalidPenalty => Self::InvalidPenalty,
             Error::InvalidTolerance => Self::InvalidTolerance,
             Error::StaleFactor => Self::StaleFactor,
-            Error::NoSolution => Self::NoSolution,
+            Error::NoSolution | Error::SceneChanged => Self::NoSolution,
             Error::DelassusOutOfRange { .. } => Self::DelassusOutOfRange,
             Error::RowOutOfRange { .. } => Self::RowOutOfRange,
             Error::InvalidBounds { .. } => Self::InvalidBounds,

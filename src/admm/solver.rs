@@ -8,13 +8,13 @@ use crate::factor::resolvent::Resolvent;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::quotient;
 use crate::linalg::zip::zip3;
-use crate::problem::Problem;
+use crate::problem::{Age, Problem};
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::solution::{Settings, Solution};
 use crate::solver::AllPhases;
 use crate::solver::monitor::Monitor;
-use crate::solver::record::{Call, Record, fingerprint};
+use crate::solver::record::{Call, Record};
 use crate::solver::warm_start::WarmStart;
 use nalgebra::SVector;
 
@@ -100,7 +100,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        self.run(scene, factor, free_impulse, settings, Call::Begin)
+        self.run(scene, factor, free_impulse, settings, false)
     }
 
     /// Goes on with a solve whose budget has ended, as [`crate::Solver::resume`]; with another penalty it begins anew.
@@ -114,26 +114,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        let data = || {
-            let data = fingerprint(scene, free_impulse, settings);
-            factor.penalty().hash(data)
-        };
-        let call = self.record.resume(data);
-        self.run(scene, factor, free_impulse, settings, call)
+        self.run(scene, factor, free_impulse, settings, true)
     }
 
-    /// Begins a solve, or goes on with one.
+    /// Begins a solve, or goes on with a paused one.
     fn run<const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, 0, S>,
         factor: &AdmmFactor<T, N, D, C>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
-        call: Call,
+        resumes: bool,
     ) -> Result<&Solution<T, N, D, C>, Error> {
+        let data = || factor.penalty().hash(Problem::fingerprint(scene, free_impulse, settings));
+        let call = if resumes { self.record.resume(data) } else { Call::Begin };
         self.solution.invalidate_if_unsolved();
         Problem::check(scene, factor.factor(), free_impulse, settings)?;
-        let mut problem = Problem::new(scene, factor.factor(), free_impulse, settings.model);
+        let mut problem = Problem::new(scene, factor.factor(), free_impulse, settings, Age::New);
         problem.fill(false);
         let resolvent = factor.resolvent();
         if call == Call::Begin {
@@ -150,7 +147,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
             *u = iterate.u.into();
         }
         self.warm_start.keep(scene, &u, &r, call != Call::Begin);
-        self.record.pause(|| resolvent.penalty.hash(fingerprint(scene, free_impulse, settings)));
+        self.record.pause(data);
         Ok(&self.solution)
     }
 

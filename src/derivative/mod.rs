@@ -92,15 +92,14 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     /// solve has not reached its own tolerance ([`Solution::is_usable`]).
     ///
     /// # Errors
-    /// [`Error::StaleFactor`]; [`Error::NoSolution`] if the solution is not usable at that error, or if it is that of another scene: of another `M` or
-    /// another Jacobian, or with other keys of contacts or joint rows (reached limits of [`crate::Kernel::solve_with_limits`] are not in the scene).
+    /// [`Error::StaleFactor`]; [`Error::NoSolution`] if the solution is not usable at that error; [`Error::SceneChanged`].
     pub fn new(
         scene: &'a Scene<T, N, D, C, R, S>,
         factor: &'a Factor<T, N, D, C, R>,
         solution: &Solution<T, N, D, C, R>,
         settings: &Settings<T>,
     ) -> Result<Self, Error> {
-        check_solution(scene, factor, solution, settings)?;
+        solution.check(scene, factor, settings)?;
         let mut derivative = Self {
             scene,
             factor,
@@ -231,32 +230,4 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     pub const fn has_unique_velocity(&self) -> bool {
         !self.moves_freely
     }
-}
-
-/// Checks that a solution is usable, and that it belongs to this scene, factor and model.
-pub(crate) fn check_solution<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
->(
-    scene: &Scene<T, N, D, C, R, S>,
-    factor: &Factor<T, N, D, C, R>,
-    solution: &Solution<T, N, D, C, R>,
-    settings: &Settings<T>,
-) -> Result<(), Error> {
-    if !factor.is_current(scene) {
-        return Err(Error::StaleFactor);
-    }
-    let found = solution.contacts.iter().map(|contact| contact.key);
-    let fits = found.eq(scene.contacts().iter().map(|contact| contact.key));
-    let found = solution.rows.iter().map(|row| row.key);
-    let rows_fit = found.eq(scene.rows().iter().map(|row| row.key));
-    let fits = fits && solution.data == factor.fingerprint();
-    if !solution.is_usable(settings.tolerance) || !fits || !rows_fit || !solution.has_numbers() {
-        return Err(Error::NoSolution);
-    }
-    Ok(())
 }

@@ -246,11 +246,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         if trace > T::ZERO { T::count(D) / trace } else { T::ZERO }
     }
 
-    /// Fingerprint of the `M` and `H` that this was computed from.
-    pub(crate) const fn fingerprint(&self) -> u64 {
-        self.fingerprint
-    }
-
     /// Harmonic mean of the [mean effective masses](Self::mean_effective_mass) of all contacts that move; 0 if there is none.
     pub(crate) fn common_effective_mass(&self) -> T {
         let (mut sum, mut count) = (T::ZERO, 0);

@@ -18,6 +18,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// the free motion violates, and those that pushed in the last solve (by [`JointRow::key`]). If its solution violates other limits, another
     /// pass appends them. A limit that is not reached costs one product `row · v`, and its key is compared with those before it.
     /// Solution, error and promise are those of a scene with all limits: `row · v + offset >= 0` holds exactly for limits that are not reached.
+    /// A scene that is proved infeasible or jammed without some limits is so with them: then the call ends, and its velocity may violate them.
     ///
     /// [`Solution::row_by_key`] finds the reached limits: each limit has a key that no other limit and no joint row of the scene has. A row of
     /// another law than [`RowLaw::Limit`] is always appended.
@@ -59,7 +60,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C, R>, Error> {
-        self.run_with_limits((limits, free_impulse, settings), Start::Pushed, true)?;
+        self.run_with_limits((limits, free_impulse, settings), false, true)?;
         Ok(self.solver.solution())
     }
 
@@ -76,7 +77,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C, R>, Error> {
-        self.run_with_limits((limits, free_impulse, settings), Start::Paused, true)?;
+        self.run_with_limits((limits, free_impulse, settings), true, true)?;
         Ok(self.solver.solution())
     }
 
@@ -109,19 +110,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<bool, Error> {
-        self.run_with_limits((limits, free_impulse, &settings.of_a_piece()), Start::Paused, false)
+        self.run_with_limits((limits, free_impulse, &settings.of_a_piece()), true, false)
     }
 
-    /// Works on a solve with limits, and returns true if it has ended. `writes`: writes a solution also at the end of the budget.
-    fn run_with_limits(
-        &mut self,
-        data: Data<'_, T, N>,
-        mut start: Start,
-        writes: bool,
-    ) -> Result<bool, Error> {
+    /// Works on a solve with limits, and returns true if it has ended. `resumes`: continues a paused one if there is one. `writes`: writes a
+    /// solution also at the end of the budget.
+    fn run_with_limits(&mut self, data: Data<'_, T, N>, resumes: bool, writes: bool) -> Result<bool, Error> {
         check_entries::<T, N>(self.scene.used(data.1, 1), Input::FreeImpulse)?;
-        let may_resume = start == Start::Paused && self.solver.has_limits();
+        let may_resume = resumes && self.solver.has_limits();
         self.prepare_to_solve(if may_resume { Call::Resume } else { Call::Begin })?;
+        let mut start = if may_resume { Start::Paused } else { Start::Pushed };
         let (scene_rows, checkpoint) = (self.scene.rows().len(), self.factor.checkpoint());
         let mut call = Call::Begin;
         let result = loop {
@@ -138,7 +136,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 _ => break result,
             };
         };
-        if result.is_err() && call == Call::Append {
+        if result.is_err() && matches!(call, Call::Append(_)) {
             self.solver.invalidate();
         }
         self.note_doubt(result.is_err());
@@ -156,8 +154,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Ok(())
     }
 
-    /// Solves and appends violated limits until none is violated. Returns whether the solve has ended, and `None` if a paused
-    /// solve was wanted, but none has this data.
+    /// Solves and appends violated limits until none is violated. Returns whether the solve has ended, and `None` if the paused solve has
+    /// other data.
     fn solve_reached(
         &mut self,
         (limits, free_impulse, settings): Data<'_, T, N>,
@@ -168,9 +166,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut first = self.scene.rows().len();
         let (mut reached, mut earlier_work) = ([usize::MAX; R], 0);
         if start == Start::Paused {
-            if !self.solver.has_limits() {
-                return Ok(None);
-            }
             self.append_paused(&mut reached, limits);
             let solver = &self.solver;
             if !solver.is_paused_with_limits(&self.scene, free_impulse, settings) {
@@ -186,20 +181,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             if self.scene.rows().len() > first {
                 self.factor.extend(&self.scene, first)?;
             }
-            let mut remaining = *settings;
-            if *call == Call::Append {
-                let spent = self.solver.solution().work.total().saturating_sub(earlier_work);
-                remaining.budget = settings.budget.saturating_sub(spent);
-            }
-            let data = (&self.scene, &self.factor, free_impulse, &remaining);
+            let budget = settings.budget.saturating_sub(call.spent());
+            let data = (&self.scene, &self.factor, free_impulse, &Settings { budget, ..*settings });
             let is_over = self.solver.work(data, *call, writes)?;
-            *call = Call::Append;
             let solution = self.solver.solution();
-            if solution.status == Status::Infeasible {
-                return Ok(Some(true));
-            }
+            *call = Call::Append(solution.work.total().saturating_sub(earlier_work));
             first = self.scene.rows().len();
-            if is_over || writes {
+            let is_proved = matches!(solution.status, Status::Infeasible | Status::Jammed);
+            if (is_over || writes) && !is_proved {
                 let velocity = solution.velocity;
                 let leaves_out = self.append(&mut reached, limits, &velocity, (start, false))?;
                 if leaves_out && self.scene.rows().len() == first {
@@ -215,7 +204,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Appends the limits of the paused solve to the joint rows, in the same order.
     fn append_paused(&mut self, reached: &mut [usize; R], limits: &[JointRow<T, N>]) {
-        let keys = self.solver.row_keys().skip(self.scene.rows().len());
+        let keys = self.solver.warm_start().row_keys().skip(self.scene.rows().len());
         for key in keys {
             let mut found = limits.iter().enumerate().filter(|(_, limit)| limit.key == key);
             if let Some((limit, row)) = found.next()
@@ -256,7 +245,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 && speed.is_finite()
                 && row.law == RowLaw::Limit
                 && row.compliance >= T::ZERO
-                && !(with_pushed && self.solver.has_pushed(row.key));
+                && !(with_pushed && self.solver.warm_start().has_pushed(row.key));
             if is_open || reached.contains(&limit) {
                 continue;
             }

@@ -50,7 +50,8 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize, const S: us
     }
 
     /// Bound on the cycles of a call of [`Self::advance`] with this budget (0 counts as 1), as [`Self::worst_cycles`], of a scene that
-    /// [`Self::prepare`] has seen. So it bounds all slices of a solve after the first, and the first if the tick has called `prepare`.
+    /// [`Self::prepare`] has seen. So it bounds all slices of a solve after the first, and the first if the tick has called `prepare`, and has
+    /// not given up a solve between two slices (give up by [`Self::resume`] with a budget of 0).
     #[must_use]
     pub const fn worst_slice_cycles(budget: usize) -> usize {
         Self::worst_call(if budget == 0 { 1 } else { budget })

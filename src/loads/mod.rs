@@ -5,7 +5,6 @@
 //! that carry the same momentum, [`springs`] finds those of springs of equal stiffness.
 
 use crate::cone::FrictionCone;
-use crate::derivative::check_solution;
 use crate::error::Error;
 use crate::factor::Factor;
 use crate::linalg::blocks::product;
@@ -68,8 +67,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> LeastImpulses<T, D
     /// A contact with compliance keeps what its spring bears. If its rows differ in compliance, all count as the softest.
     ///
     /// # Errors
-    /// [`Error::InvalidTolerance`]; [`Error::StaleFactor`]; [`Error::NoSolution`] if the solution is not usable at that error, or belongs to another
-    /// scene (as [`crate::Derivative::new`]), or if numbers overflow.
+    /// [`Error::InvalidTolerance`]; [`Error::StaleFactor`]; [`Error::NoSolution`] if the solution is not usable at that error, or if numbers
+    /// overflow; [`Error::SceneChanged`].
     pub fn new<const N: usize, const S: usize>(
         scene: &Scene<T, N, D, C, R, S>,
         factor: &Factor<T, N, D, C, R>,
@@ -146,7 +145,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sp
     ) -> Result<(), Error> {
         let factor = self.factor;
         settings.check()?;
-        check_solution(scene, factor, solution, settings)?;
+        solution.check(scene, factor, settings)?;
         let over_softness = match question {
             Question::Share => T::ONE / self.softness,
             Question::Reserve => T::ZERO,

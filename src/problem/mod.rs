@@ -89,6 +89,17 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         Ok(())
     }
 
+    /// Fingerprint of all data of a solve.
+    pub(crate) fn fingerprint(
+        scene: &Scene<T, N, D, C, R, S>,
+        free_impulse: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> u64 {
+        let hash = settings.tolerance.hash(u64::from(settings.model == Model::Coulomb));
+        let free_impulse = scene.used(free_impulse, 1).iter();
+        scene.data_fingerprint(free_impulse.fold(hash, |hash, entry| entry.hash(hash)))
+    }
+
     /// A problem of data that [`Self::check`] has accepted, to be filled by [`Self::fill`]. (A filled problem, returned by value,
     /// would take its size on the stack twice.)
     #[inline]
@@ -96,7 +107,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         scene: &'a Scene<T, N, D, C, R, S>,
         factor: &'a Factor<T, N, D, C, R>,
         free_impulse: &'a SVector<T, N>,
-        model: Model,
+        &Settings { model, still, .. }: &Settings<T>,
+        factor_age: Age,
     ) -> Self {
         Self {
             scene,
@@ -104,8 +116,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             free_impulse,
             model,
             law: model,
-            still: T::ZERO,
-            factor_age: Age::New,
+            still,
+            factor_age,
             whitened: [T::ZERO; N],
             free_energy: T::ZERO,
             sets: Sets::of(scene.counts()),

@@ -1,7 +1,7 @@
 //! The cheap bound on the impulse that stops the motion, against that impulse.
 
-use super::{Problem, expected};
-use crate::{Contact, Error, Factor, Model, Scene, Surface};
+use super::{Age, Problem, expected};
+use crate::{Contact, Error, Factor, Scene, Settings, Surface};
 use nalgebra::{Matrix4, SVector, vector};
 
 #[test]
@@ -20,7 +20,7 @@ fn a_patch_that_spins_is_stopped_by_no_more_than_its_bound() -> Result<(), Error
     };
     scene.push_on(&contact, &surface)?;
     let (factor, push) = (Factor::new(&scene)?, SVector::zeros());
-    let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
+    let mut problem = Problem::new(&scene, &factor, &push, &Settings::default(), Age::New);
     problem.fill(true);
     let bound = problem.stopping_bound.sqrt() * 4.0 * expected::SHARE;
     problem.count_stopping();

@@ -5,7 +5,7 @@ use crate::linalg::sparsity::Support;
 use crate::linalg::stacked::Counts;
 use crate::real::Real;
 use checks::{check_mass, copy_and_hash, fingerprint, is_finite_and_symmetric};
-use nalgebra::{ArrayStorage, SMatrix, SVector};
+use nalgebra::{ArrayStorage, SMatrix};
 use refused::Refused;
 pub(crate) use surface::Scaling;
 
@@ -280,12 +280,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         sum.max(1)
     }
 
-    /// Fingerprint of all data of a solve except its settings.
-    pub(crate) fn data_fingerprint(&self, free_impulse: &SVector<T, N>) -> u64 {
-        let mut hash = fingerprint(self.used(free_impulse, 1), self.counts.rows);
+    /// Fingerprint of all data of the scene, and of what was hashed before.
+    pub(crate) fn data_fingerprint(&self, mut hash: u64) -> u64 {
         for contact in self.contacts() {
-            hash = contact.mu.hash(hash ^ u64::from(contact.key))
-                ^ fingerprint(contact.offset.as_slice(), self.counts.contacts);
+            hash = contact.mu.hash(hash ^ u64::from(contact.key));
+            hash = contact.offset.iter().fold(hash, |hash, offset| offset.hash(hash));
         }
         for row in self.rows() {
             let [lower, upper] = row.law.bounds();

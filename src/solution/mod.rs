@@ -110,7 +110,7 @@ pub struct Solution<T: Real, const N: usize, const D: usize, const C: usize, con
     pub status: Status,
     /// The contact law that was solved.
     pub model: Model,
-    /// Fingerprint of the `M` and `H` of the solve.
+    /// Fingerprint of the scene of the solve.
     pub(crate) data: u64,
     /// Proof of [`Status::Infeasible`] or [`Status::Jammed`], otherwise empty: a vector `d_i` for each contact, in its friction cone and
     /// normal first. With the numbers `d_j` of [`Self::row_certificate`] it satisfies `Σ H_iᵀ d_i + Σ d_j row_jᵀ = 0` and

@@ -4,9 +4,9 @@ extern crate std;
 
 use crate::error::Error;
 use crate::factor::Factor;
-use crate::problem::Problem;
+use crate::problem::{Age, Problem};
 use crate::scene::{Contact, Scene};
-use crate::solution::{Model, Settings, Solution};
+use crate::solution::{Settings, Solution};
 use crate::solver::monitor::Monitor;
 use crate::solver::phases::AllPhases;
 use crate::solver::record::{Call, Record};
@@ -84,7 +84,7 @@ pub(super) fn with_solve_from<O, const N: usize, const D: usize, const C: usize,
     let (mut solution, mut record) = (Solution::none(), Record::none());
     record.begin();
     let factor = Factor::new(scene)?;
-    let mut problem = Problem::new(scene, &factor, push, Model::Coulomb);
+    let mut problem = Problem::new(scene, &factor, push, &settings, Age::New);
     problem.fill(true);
     let monitor = Monitor::new(&mut problem, &settings, &mut solution, &mut record, call);
     Ok(work(&mut Solve { monitor, state, warm_start, phases: PhantomData }))

@@ -1,13 +1,13 @@
 //! What a [`crate::Kernel`] asks of its solver: about joint limits, the age of its factor, and calls that were refused.
 
 use crate::error::Error;
-use crate::problem::Age;
+use crate::problem::{Age, Problem};
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::solution::{Settings, Status};
 use crate::solver::Solver;
 use crate::solver::phases::Phases;
-use crate::solver::record::{Call, fingerprint};
+use crate::solver::record::Call;
 use nalgebra::SVector;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P: Phases>
@@ -23,7 +23,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         if self.has_limits() {
             return Err(Error::LimitsLeftOut);
         }
-        Ok(self.record.resume(|| fingerprint(scene, free_impulse, settings)))
+        Ok(self.record.resume(|| Problem::fingerprint(scene, free_impulse, settings)))
     }
 
     /// Notes that the solve has joint limits, the last rows of the scene, unless it has ended.
@@ -43,12 +43,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> bool {
-        self.record.is_paused(|| fingerprint(scene, free_impulse, settings) ^ scene.prints_of_rows())
-    }
-
-    /// The keys of the joint rows of the last solve, in their order.
-    pub(crate) fn row_keys(&self) -> impl Iterator<Item = u32> {
-        self.warm_start.row_keys()
+        self.record.is_paused(|| Problem::fingerprint(scene, free_impulse, settings) ^ scene.prints_of_rows())
     }
 
     /// Marks the last solution as unsolved, and forgets its solve.
@@ -73,10 +68,5 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     /// Sets the age of the factor, for the next solve that begins and those after it.
     pub(crate) const fn set_factor_age(&mut self, age: Age) {
         self.record.factor_age = age;
-    }
-
-    /// Did a joint row with this key push in the last solve?
-    pub(crate) fn has_pushed(&self, key: u32) -> bool {
-        self.warm_start.has_pushed(key)
     }
 }

@@ -103,7 +103,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             monitor.record.status != Status::Solved && monitor.record.has_sought_proof && has_doubted;
         // The proof does not end the solve, because a solution may exist.
         if may_be_jammed
-            && monitor.budget() >= JAM_BUDGET
+            && monitor.budget().saturating_add(monitor.call.spent()) >= JAM_BUDGET
             && let Some(proof) =
                 monitor.problem.jam(None).or_else(|| monitor.problem.jam(Some(&self.state.point.r)))
         {

@@ -8,7 +8,7 @@ use crate::real::Real;
 use crate::scene::Scene;
 use crate::solution::{Settings, Solution};
 use crate::solver::monitor::Monitor;
-use crate::solver::record::{Record, fingerprint};
+use crate::solver::record::Record;
 use crate::solver::solve::Solve;
 use crate::solver::state::State;
 use crate::solver::warm_start::WarmStart;
@@ -170,7 +170,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     /// kernel.solver_mut().presume_rest(); // the crate stands on its slope before we begin
     /// ```
     pub fn presume_rest(&mut self) {
-        self.warm_start.presume_rest();
+        self.warm_start.presumes_rest = true;
     }
 
     /// The last solution. After an `Err` it is the solution of an earlier solve.
@@ -267,16 +267,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         if call != Call::Resume {
             self.record.begin();
         }
-        let mut problem = Problem::new(scene, factor, free_impulse, settings.model);
-        problem.still = settings.still;
-        problem.factor_age = self.record.factor_age;
+        let mut problem = Problem::new(scene, factor, free_impulse, settings, self.record.factor_age);
         problem.fill(true);
         let (solution, record) = (&mut self.solution, &mut self.record);
         let monitor = Monitor::new(&mut problem, settings, solution, record, call);
         let (state, warm_start) = (&mut self.state, &mut self.warm_start);
         Solve { monitor, state, warm_start, phases: PhantomData::<P> }.run(writes);
         if call != Call::Resume {
-            self.record.pause(|| fingerprint(scene, free_impulse, settings));
+            self.record.pause(|| Problem::fingerprint(scene, free_impulse, settings));
         }
         Ok(self.record.is_over())
     }

@@ -3,19 +3,24 @@
 use crate::linalg::stacked::Stacked;
 use crate::problem::Age;
 use crate::real::Real;
-use crate::scene::Scene;
-use crate::solution::{Model, Settings, Status};
-use nalgebra::SVector;
+use crate::solution::Status;
 
 /// What a call does with the last solve.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Call {
     /// It begins another solve.
     Begin,
-    /// It begins the same solve again, with more joint rows.
-    Append,
+    /// It begins the same solve again, with more joint rows, after passes of this work, which the budget lacks.
+    Append(usize),
     /// It continues the solve.
     Resume,
+}
+
+impl Call {
+    /// Work of the passes before in the same call.
+    pub(crate) const fn spent(self) -> usize {
+        if let Self::Append(spent) = self { spent } else { 0 }
+    }
 }
 
 /// The rest question, "can all bodies stay at rest?", and how far a solve is with it (see [`super::rest`]).
@@ -173,21 +178,4 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
     pub(crate) fn is_over(&self) -> bool {
         self.status != Status::Unsolved
     }
-}
-
-/// Fingerprint of all data of a solve.
-pub(crate) fn fingerprint<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
->(
-    scene: &Scene<T, N, D, C, R, S>,
-    free_impulse: &SVector<T, N>,
-    settings: &Settings<T>,
-) -> u64 {
-    let data = scene.data_fingerprint(free_impulse);
-    settings.tolerance.hash(data) ^ u64::from(settings.model == Model::Coulomb)
 }

@@ -91,7 +91,7 @@ pub(crate) struct Newton {
 /// The kind of point at which Newton's method began.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Origin {
-    /// At zero impulses, or after sweeps: there is no other start.
+    /// At zero impulses, or after sweeps, also those of a warm start.
     Cold,
     /// On the central path.
     Path,
@@ -102,7 +102,7 @@ pub(crate) enum Origin {
 }
 
 impl Newton {
-    /// Begins at zero impulses, or after sweeps of a cold start.
+    /// Begins at zero impulses.
     pub(crate) fn new() -> Self {
         Self {
             remaining_steps: u8::try_from(tuning::newton_steps()).unwrap_or(u8::MAX),
@@ -196,7 +196,7 @@ pub(crate) struct CentralPath<T: Real, const D: usize, const C: usize, const R: 
     pub(super) is_stuck: bool,
     /// Merit at the last trial of Newton's method on this path.
     pub(super) tried: Option<T>,
-    /// Number of jams of all paths of this solve.
+    /// Number of paths that have jammed since the search began on the central path.
     pub(super) jams: usize,
 }
 

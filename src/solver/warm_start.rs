@@ -98,11 +98,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         Ok(())
     }
 
-    /// Declares that nothing moved before the next solve.
-    pub(crate) fn presume_rest(&mut self) {
-        self.presumes_rest = true;
-    }
-
     /// Is there no last solve?
     pub(super) fn is_cold(&self) -> bool {
         self.contacts.known().next().is_none() && self.rows.known().next().is_none()

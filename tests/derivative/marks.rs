@@ -104,7 +104,7 @@ fn without_a_solution_there_is_no_derivative() -> Result<(), Error> {
     assert_eq!(refused.err(), Some(Error::StaleFactor));
     kernel.prepare()?;
     let refused = kernel.derivative(&SETTINGS);
-    assert_eq!(refused.err(), Some(Error::NoSolution));
+    assert_eq!(refused.err(), Some(Error::SceneChanged));
     Ok(())
 }
 

@@ -1,8 +1,8 @@
 //! What a derivative refuses, and its margin where squares overflow.
 
-use crate::support::sizes::{block, joint};
+use crate::support::sizes::{block, block_rows, joint};
 use nalgebra::{Matrix1, Matrix2, matrix, vector};
-use stiction::{Contact, Error, JointRow, RowLaw, Settings, Status};
+use stiction::{Contact, Derivative, Error, JointRow, RowLaw, Settings, Status};
 
 fn floor(key: u32) -> Contact<f64, 2, 2> {
     Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key }
@@ -29,17 +29,69 @@ fn what_is_not_usable_has_no_derivative() -> Result<(), Error> {
     Ok(())
 }
 
-/// A wall in the place of the floor: as many contacts, and another scene.
+/// All that is computed of a solution refuses a scene of which one number has changed since, and takes it when it is as it was.
 #[test]
-fn a_scene_of_other_contacts_has_no_derivative() -> Result<(), Error> {
-    let settings = Settings::new(1e-9);
-    let mut kernel = sliding(&settings)?;
-    let floor = floor(7);
-    for (key, refused) in [(99, Some(Error::NoSolution)), (7, None)] {
-        kernel.scene_mut().clear();
-        kernel.scene_mut().push(&Contact { key, ..floor.clone() })?;
+fn what_is_asked_of_a_solution_is_refused_for_another_scene() -> Result<(), Error> {
+    type Change = fn(&mut block_rows::Scene<f64>) -> Result<(), Error>;
+    let (settings, push) = (Settings::new(1e-9), vector![1.0, -0.2]);
+    let row = JointRow { row: vector![1.0, 0.0], offset: -0.1, law: RowLaw::Limit, compliance: 0.0, key: 3 };
+    let mut kernel = block_rows::Kernel::new();
+    kernel.scene_mut().set_mass(&(Matrix2::identity() * 2.0))?;
+    kernel.scene_mut().push(&floor(7))?;
+    kernel.scene_mut().push_row(&row)?;
+    kernel.solve(&push, &settings)?;
+    let whole = kernel.scene().clone();
+    let changes: [Change; 10] = [
+        |scene| scene.set_friction(0, 0.9),
+        |scene| scene.set_offset(0, &vector![0.0, 0.1]),
+        |scene| scene.set_jacobian(0, &matrix![0.0, 1.0; -1.0, 0.0]),
+        |scene| scene.set_mass(&(Matrix2::identity() * 3.0)),
+        |scene| scene.set_row_offset(0, 0.1),
+        |scene| scene.set_row_law(0, RowLaw::Equality),
+        |scene| scene.set_row_compliance(0, 0.1),
+        |scene| scene.push(&floor(8)).map(drop),
+        |scene| scene.remove_row(0),
+        |scene| scene.remove_contact(0).and_then(|()| scene.push(&floor(99)).map(drop)),
+    ];
+    for (index, change) in changes.into_iter().enumerate() {
+        change(kernel.scene_mut())?;
         kernel.prepare()?;
+        let refused = Some(Error::SceneChanged);
+        assert_eq!(kernel.derivative(&settings).err(), refused, "{index}");
+        assert_eq!(kernel.least_impulses(&settings).err(), refused, "{index}");
+        assert_eq!(kernel.slip_reserve(&settings).err(), refused, "{index}");
+        assert_eq!(kernel.load_reserve(&push, &settings).err(), refused, "{index}");
+        kernel.scene_mut().clear();
+        kernel.scene_mut().set_mass(whole.mass())?;
+        kernel.scene_mut().push(&floor(7))?;
+        kernel.scene_mut().push_row(&row)?;
+        kernel.prepare()?;
+        assert!(kernel.derivative(&settings).is_ok() && kernel.slip_reserve(&settings).is_ok());
+        // A solution may be kept and copied, and its scene be built again.
+        let (solution, factor) = (kernel.solution().clone(), kernel.factor().clone());
+        assert!(Derivative::new(&whole, &factor, &solution, &settings).is_ok());
+    }
+    Ok(())
+}
+
+/// Limits that are reached are no part of the scene; without them the solution is that of the scene.
+#[test]
+fn a_solution_that_has_reached_a_limit_is_not_that_of_the_scene() -> Result<(), Error> {
+    let settings = Settings::new(1e-9);
+    let mut kernel = block_rows::Kernel::<f64>::new();
+    kernel.scene_mut().set_mass(&Matrix2::identity())?;
+    kernel.scene_mut().push(&floor(7))?;
+    for (offset, refused) in [(-0.1, Some(Error::SceneChanged)), (-9.0, None)] {
+        let stop = JointRow {
+            row: vector![-1.0, 0.0],
+            offset: -offset,
+            law: RowLaw::Limit,
+            compliance: 0.0,
+            key: 0,
+        };
+        kernel.solve_with_limits(&[stop], &vector![1.0, -0.2], &settings)?;
         assert_eq!(kernel.derivative(&settings).err(), refused);
+        kernel.solver_mut().reset(); // a stop that has pushed is asked again
     }
     Ok(())
 }

@@ -9,7 +9,7 @@ use stiction::{Contact, Error, Factor, Model, Real, Scene, Settings, Solution, S
 const WALL: f64 = 0.1; // m/s at which a gap is to open
 
 /// A cube of 1 kg between a floor and a lid that is tilted, to be pushed off both.
-fn wedge<T: Real>(mu: f64, tilt: f64) -> Result<(body_rows::Scene<T>, SVector<T, 6>), Error> {
+pub(crate) fn wedge<T: Real>(mu: f64, tilt: f64) -> Result<(body_rows::Scene<T>, SVector<T, 6>), Error> {
     let mut scene = Scene::new();
     let masses = vector![1.0, 1.0, 1.0, 0.1, 0.1, 0.1];
     scene.set_mass(&Matrix6::from_diagonal(&masses).map(T::literal))?;

@@ -1,9 +1,11 @@
 //! Scene, factor and solver in one value.
 
 use crate::support::boxes::BRICK;
+use crate::support::sizes::block;
 use nalgebra::{Matrix2, Matrix6, matrix, vector};
 use stiction::{
-    AdmmFactor, AdmmSolver, Contact, Error, Factor, Kernel, Scene, Settings, Solution, Solver, Status,
+    AdmmFactor, AdmmSolver, Contact, ContactMode, Error, Factor, Kernel, Scene, Settings, Solution, Solver,
+    Status,
 };
 
 /// It stands in a `static`.
@@ -64,6 +66,31 @@ fn a_kernel_gives_the_bits_of_its_parts() -> Result<(), Error> {
         let whole = kernel.solve(&push, &settings)?;
         assert!(whole.is_solved());
         assert_eq!((whole.velocity, whole.work, whole.error), (parts.velocity, parts.work, parts.error));
+    }
+    Ok(())
+}
+
+/// A contact at 0.01 m/s slips, and sticks for those to whom 1 m/s is still: for each solver.
+#[test]
+fn what_is_still_is_the_same_to_all_solvers() -> Result<(), Error> {
+    let mut scene = block::Scene::<f64>::new();
+    scene.set_mass(&(Matrix2::identity() * 2.0))?;
+    scene.push(&Contact {
+        jacobian: matrix![0.0, 1.0; 1.0, 0.0],
+        offset: vector![0.0, 0.0],
+        mu: 0.5,
+        key: 0,
+    })?;
+    let (factor, resolvent, push) = (Factor::new(&scene)?, AdmmFactor::new(&scene)?, vector![0.12, -0.2]);
+    for (still, mode) in [(0.0, ContactMode::Slip), (1.0, ContactMode::Stick)] {
+        let settings = Settings { still, ..Settings::new(1e-9) };
+        let (mut newton, mut admm) = (block::Solver::new(), AdmmSolver::new());
+        let newton = newton.solve(&scene, &factor, &push, &settings)?;
+        let admm = admm.solve(&scene, &resolvent, &push, &settings)?;
+        for solution in [newton, admm] {
+            assert_eq!(solution.contacts[0].mode, mode);
+            assert!((solution.velocity[0] - 0.01).abs() < 1e-8);
+        }
     }
     Ok(())
 }

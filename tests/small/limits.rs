@@ -1,6 +1,8 @@
 //! Limits that stay out of `W` until they are reached.
 
-use crate::support::sizes::joints;
+use super::jams::wedge;
+use crate::support::random::{draws, numbers};
+use crate::support::sizes::{body_rows, joints};
 use nalgebra::{Matrix2, SVector, matrix, vector};
 use stiction::{
     Contact, Error, Factor, Input, JointRow, Kernel, List, RowLaw, RowMode, Scene, Settings, Solver, Status,
@@ -282,5 +284,70 @@ fn a_limit_does_not_take_the_key_of_a_row_of_the_scene() -> Result<(), Error> {
     let limits = [6, 7].map(|key| limit(1, 1.0, 0.25, key));
     let refused = kernel.solve_with_limits(&limits, &vector![0.0, 0.0], &settings);
     assert_eq!(refused.err(), Some(Error::LimitKeyTaken { limit: 1 }));
+    Ok(())
+}
+
+/// Wedges with limits of random rows: a jam or a contradiction of all rows is found with limits, too, at the latest by a second call.
+#[test]
+fn a_jam_is_proved_with_limits_as_with_joint_rows() -> Result<(), Error> {
+    let (mut jams, mut late, settings) = (0, 0, Settings::new(1e-6));
+    for x in draws(numbers(24), 100) {
+        let (scene, push) = wedge::<f64>(0.26 + 0.24 * x[0], (32.0 + 30.0 * x[1]).to_radians())?;
+        let limits = [0, 1, 2].map(|k| {
+            let (row, offset) = (SVector::from_column_slice(&x[7 * k + 2..7 * k + 8]), 0.1 * x[7 * k + 8]);
+            JointRow { row, offset, ..limit(0, 1.0, 0.0, [0, 1, 2][k]) }
+        });
+        let limits = &limits[..if x[23] > 0.0 { 3 } else { 1 }];
+        let (mut lazy, mut whole) = (body_rows::Kernel::new(), body_rows::Kernel::new());
+        *lazy.scene_mut() = scene.clone();
+        *whole.scene_mut() = scene.clone();
+        limits.iter().try_for_each(|row| whole.scene_mut().push_row(row).map(drop))?;
+        let is_proved = |status| matches!(status, Status::Jammed | Status::Infeasible);
+        let all = whole.solve(&push, &settings)?;
+        let mut few = lazy.solve_with_limits(limits, &push, &settings)?;
+        jams += usize::from(few.status == Status::Jammed);
+        if is_proved(all.status) && !is_proved(few.status) {
+            late += 1;
+            few = lazy.resume_with_limits(limits, &push, &settings)?;
+        }
+        assert_eq!(all.is_solved(), few.is_solved());
+        if is_proved(all.status) || is_proved(few.status) {
+            let proof = &few.certificate;
+            let (mut force, mut approach, mut size) = (SVector::zeros(), 0.0, 0.0);
+            for (contact, d) in scene.contacts().iter().zip(proof) {
+                force += contact.jacobian.transpose() * d;
+                (approach, size) = (approach - contact.offset.dot(d), size + d.norm());
+                assert!(d[1].hypot(d[2]) <= contact.mu * d[0] * (1.0 + 1e-12));
+            }
+            for (row, &d) in few.rows.iter().zip(&few.row_certificate) {
+                let limit = limits.iter().find(|limit| limit.key == row.key).expect("one of them");
+                force += limit.row * d;
+                (approach, size) = (approach - limit.offset * d, size + d);
+                assert!(d >= 0.0);
+            }
+            assert!(proof.len() == 8 && few.row_certificate.len() == few.rows.len());
+            assert!(force.norm() <= 1e-13 * size && approach > 1e-4 * size, "{:?}", few.status);
+        }
+    }
+    assert!(jams > 40 && late < 4, "{jams} {late}");
+    Ok(())
+}
+
+/// A solve with limits trusts a factor that it has just computed, and the next one does not. It saves sums, and shows in `Debug` alone.
+#[test]
+fn a_new_factor_is_trusted_once_with_limits() -> Result<(), Error> {
+    let (limits, push, settings) = ([limit(1, 1.0, 0.25, 0)], vector![-1.0, -1.0], Settings::new(1e-9));
+    for call in 0..3 {
+        let mut kernel = pair()?;
+        for age in ["factor_age: New", "factor_age: Old"] {
+            match call {
+                0 => kernel.solve_with_limits(&limits, &push, &settings).map(drop)?,
+                1 => kernel.resume_with_limits(&limits, &push, &settings).map(drop)?,
+                _ => while !kernel.advance_with_limits(&limits, &push, &settings)? {},
+            }
+            assert!(kernel.solution().is_solved());
+            assert!(format!("{:?}", kernel.solver()).contains(age), "{call}: {age}");
+        }
+    }
     Ok(())
 }

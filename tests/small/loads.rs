@@ -477,10 +477,10 @@ fn a_solution_of_another_scene_bears_nothing() -> Result<(), Error> {
     kernel.scene_mut().set_jacobian(0, &jacobian)?;
     assert_eq!(kernel.least_impulses(&settings).err(), Some(Error::StaleFactor));
     kernel.prepare()?;
-    assert_eq!(kernel.least_impulses(&settings).err(), Some(Error::NoSolution));
-    assert_eq!(kernel.slip_reserve(&settings).err(), Some(Error::NoSolution));
-    assert_eq!(kernel.load_reserve(&push, &settings).err(), Some(Error::NoSolution));
-    assert_eq!(kernel.derivative(&settings).err(), Some(Error::NoSolution));
+    assert_eq!(kernel.least_impulses(&settings).err(), Some(Error::SceneChanged));
+    assert_eq!(kernel.slip_reserve(&settings).err(), Some(Error::SceneChanged));
+    assert_eq!(kernel.load_reserve(&push, &settings).err(), Some(Error::SceneChanged));
+    assert_eq!(kernel.derivative(&settings).err(), Some(Error::SceneChanged));
     // A relaxed solution is differentiated as one, whatever the settings say now.
     let relaxed = Settings { model: Model::ConvexRelaxation, ..settings };
     kernel.solve(&(push * 3.0), &relaxed)?;

@@ -3,7 +3,7 @@
 use crate::support::boxes::{BRICK, BoxScene};
 use crate::support::pad;
 use crate::support::random::{draws, numbers};
-use crate::support::sizes::body;
+use crate::support::sizes::{block, body, point};
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use std::sync::Mutex;
 use stiction::{
@@ -88,6 +88,11 @@ fn a_warm_start_as_words_goes_on_with_the_same_bits() -> Result<(), Error> {
         assert!(WarmStart::<f64, 3, 4, 0>::from_words(wrong.iter().copied()).is_none());
     }
     assert!(WarmStart::<f64, 3, 3, 0>::from_words(words.iter().copied()).is_none(), "four contacts");
+    // Nor those of other numbers or of contacts with other rows, which might be read as tiny impulses.
+    assert!(WarmStart::<f32, 3, 4, 0>::from_words(words.iter().copied()).is_none());
+    let single: Vec<u64> = point::Solver::<f32>::new().warm_start().words().collect();
+    let planar: Vec<u64> = block::Solver::<f64>::new().warm_start().words().collect();
+    assert!(read(&single).is_none() && read(&planar).is_none());
     Ok(())
 }
 

@@ -4,8 +4,8 @@
 extern crate std;
 
 use super::{Acceleration, Extrapolation, Iterate, SlipUpdate, iterate};
-use crate::problem::Problem;
-use crate::{AdmmFactor, Contact, FrictionCone, Model, Scene};
+use crate::problem::{Age, Problem};
+use crate::{AdmmFactor, Contact, FrictionCone, Model, Scene, Settings};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -151,7 +151,8 @@ fn follows_for(
 ) -> Result<(), TestCaseError> {
     let factor = AdmmFactor::new(scene).expect("M is positive definite");
     let free = -f;
-    let mut problem = Problem::new(scene, factor.factor(), &free, model);
+    let mut problem =
+        Problem::new(scene, factor.factor(), &free, &Settings { model, ..Settings::default() }, Age::New);
     problem.fill(false);
     let (sets, resolvent) = (problem.sets.contacts(), factor.resolvent());
     let start = Iterate::at(SVector::zeros(), SVector::zeros(), factor.penalty());

@@ -2,8 +2,8 @@
 #![allow(clippy::expect_used, clippy::indexing_slicing)]
 
 use crate::linalg::stacked::Stacked;
-use crate::problem::Problem;
-use crate::{Contact, Factor, Model, Scene};
+use crate::problem::{Age, Problem};
+use crate::{Contact, Factor, Scene, Settings};
 use nalgebra::{matrix, vector};
 use proptest::array::uniform2;
 use proptest::prelude::*;
@@ -29,7 +29,7 @@ proptest! {
         }
         let factor = Factor::new(&scene).expect("positive definite");
         let push = vector![0.0, 0.0];
-        let problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
+        let problem = Problem::new(&scene, &factor, &push, &Settings::default(), Age::New);
         let leak = f64::from(problem.leak(&Stacked { contacts: d.map(|d| [d]), rows: [] }));
 
         let sum = |k: usize| (0..2).map(|i| f64::from(walls[i][k]) * f64::from(d[i])).sum::<f64>();

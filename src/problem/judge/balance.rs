@@ -99,12 +99,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Bounds on velocities without sums, from the diagonals of `M` and `W` alone: `moved` is a bound on `S²`, see [`Self::momentum_balance`].
-    /// The scene has contacts alone.
+    /// The scene has contacts alone. (By Cauchy and Schwarz `|H_ak| <= sqrt(W_aa M_kk)`, so the magnitudes of `H_a v` are at most `sqrt(W_aa) S`.)
     #[inline]
     pub(crate) fn crude_velocity_rounding(&self, moved: T, bounds: &mut VelocityNoise<T, C, R>) {
         let share =
             rounding_bound::<T>(self.scene.velocities() + 1 + operations_after::<D>(false, self.model));
-        let share = T::literal(2.0) * share * share; // twice, for its own rounding and that of `W`
+        // `(a + b)² <= 2 (a² + b²)`; and an eighth more for the rounding of `W`, below a tenth (`Factor::balances`), and its own.
+        let share = T::literal(2.25) * share * share;
         for (bound, set, contact) in zip3(&mut bounds.contacts, self.sets.contacts(), self.scene.contacts()) {
             let offset = square(&<[T; D]>::from(contact.offset));
             *bound = [share * (offset + set.inverse_mass() * moved); 2];

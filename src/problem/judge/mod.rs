@@ -202,7 +202,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         tolerance: T,
         solution: &mut Solution<T, N, D, C, R>,
     ) {
-        solution.data = self.factor.fingerprint();
+        solution.data = self.scene.data_fingerprint(0);
         solution.model = self.model;
         // Slower than this is not told apart from rest: what the tolerance allows, or the error if that is larger.
         let share = solution.error.max(tolerance);

@@ -1,6 +1,7 @@
-//! The contact with the largest error, and the largest violations in the units of the scene.
+//! What is asked of a solution later: whether it is that of the scene, its worst contact, and its violations in the units of the scene.
 
 use crate::cone::split;
+use crate::error::Error;
 use crate::factor::Factor;
 use crate::linalg::vector::{larger, norm, unit, zeros};
 use crate::linalg::zip::zip3;
@@ -8,12 +9,28 @@ use crate::real::Real;
 use crate::scene::Scene;
 use crate::sets::ContactSet;
 use crate::sets::contact::natural_map;
-use crate::solution::{RowMode, RowSolution, Solution, Violation};
+use crate::solution::{RowMode, RowSolution, Settings, Solution, Violation};
 use nalgebra::SVector;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Solution<T, N, D, C, R> {
-    /// Index of the contact with the largest error, or `None` if all are exact. Pass the scene and the factor of the
-    /// solve; a contact in whose place the scene has another key does not count.
+    /// Checks that it is usable, and that it is the solution of the scene as it is.
+    pub(crate) fn check<const S: usize>(
+        &self,
+        scene: &Scene<T, N, D, C, R, S>,
+        factor: &Factor<T, N, D, C, R>,
+        settings: &Settings<T>,
+    ) -> Result<(), Error> {
+        if !factor.is_current(scene) {
+            return Err(Error::StaleFactor);
+        }
+        if !self.is_usable(settings.tolerance) || !self.has_numbers() {
+            return Err(Error::NoSolution);
+        }
+        if self.data == scene.data_fingerprint(0) { Ok(()) } else { Err(Error::SceneChanged) }
+    }
+
+    /// Index of the contact with the largest error, or `None` if all are exact or nothing was solved. Pass the scene and the factor of the
+    /// solve; a contact in whose place the scene has another key does not count. What has changed since counts as in [`Self::violation`].
     ///
     /// The error of a contact is the largest entry of `r_i - Π_K(r_i - alpha_i û_i)` (N·s), see [`crate::guide::error`].
     /// [`crate::Kernel::worst_contact`] needs neither.
@@ -61,6 +78,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
 
     /// The largest violations of Coulomb's law and of the laws of joint rows, in the units of the scene: what a mechanic would measure.
     /// Pass the scene and the factor of the solve. [`crate::Kernel::violation`] needs neither.
+    ///
+    /// It measures the velocities and impulses of the solution by the friction and the bounds that the scene has now. It sees no Jacobian or offset that has
+    /// changed since: velocities are those of the solve.
     ///
     /// A contact in whose place the scene has another key counts with its closing speed alone, and such a joint row with its speed alone:
     /// also a reached limit of [`crate::Kernel::solve_with_limits`], which is not in the scene.

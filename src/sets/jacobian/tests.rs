@@ -5,9 +5,9 @@ extern crate std;
 
 use super::Jacobian;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
-use crate::problem::Problem;
+use crate::problem::{Age, Problem};
 use crate::sets::point::NewtonPoint;
-use crate::{Contact, Error, Factor, Model, Scene, Surface};
+use crate::{Contact, Error, Factor, Model, Scene, Settings, Surface};
 use nalgebra::{SMatrix, SVector};
 use proptest::collection::vec;
 use proptest::strategy::{Strategy, ValueTree};
@@ -105,7 +105,8 @@ fn check<const D: usize>(model: Model) -> Result<[usize; 4], String> {
             contacts: core::array::from_fn(|i| core::array::from_fn(|k| numbers[D * i + k])),
             rows: [0.0; R],
         });
-        let mut problem = Problem::new(&scene, &factor, &f, model);
+        let mut problem =
+            Problem::new(&scene, &factor, &f, &Settings { model, ..Settings::default() }, Age::New);
         problem.fill(true);
         let point = point_at(&problem, &z);
         let Some((differences, jacobian)) = differences(&problem, &point, &b) else {

@@ -6,10 +6,10 @@ extern crate std;
 use super::{Pairs, PathSystem};
 use crate::linalg::elimination::Elimination;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
-use crate::problem::Problem;
+use crate::problem::{Age, Problem};
 use crate::sets::ContactSet;
 use crate::sets::contact::pair::{Pair, Part, Scaling, widen};
-use crate::{Contact, Error, Factor, FrictionCone, JointRow, Model, Real, RowLaw, Scene, Surface};
+use crate::{Contact, Error, Factor, FrictionCone, JointRow, Model, Real, RowLaw, Scene, Settings, Surface};
 use nalgebra::{SMatrix, SVector, vector};
 use std::vec::Vec;
 
@@ -158,7 +158,7 @@ fn check<const D: usize>(mus: &[f64], rows: usize, model: Model) -> Result<(), E
     let scene = scene::<D>(mus, rows)?;
     let factor = Factor::new(&scene)?;
     let f = SVector::from_iterator(numbers().take(N));
-    let mut problem = Problem::new(&scene, &factor, &f, model);
+    let mut problem = Problem::new(&scene, &factor, &f, &Settings { model, ..Settings::default() }, Age::New);
     problem.fill(true);
     let sets = &problem.sets;
     let (tau, beta) = (0.1, 3.0);

@@ -3,9 +3,9 @@
 #![allow(clippy::indexing_slicing)]
 
 use crate::linalg::stacked::Stacked;
-use crate::problem::Problem;
+use crate::problem::{Age, Problem};
 use crate::solver::fixtures::{cube, pressed, with_problem};
-use crate::{Error, Factor, JointRow, Model, RowLaw, Scene};
+use crate::{Error, Factor, JointRow, RowLaw, Scene, Settings};
 use nalgebra::SVector;
 
 /// Is a cube on `corners` corners likely to stick, if it is pushed `sideways` and `up`?
@@ -78,7 +78,7 @@ fn rows_at_their_bounds_make_no_impulse_ambiguous() -> Result<(), Error> {
         })?;
     }
     let (factor, push) = (Factor::new(&scene)?, pressed(0.0));
-    let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
+    let mut problem = Problem::new(&scene, &factor, &push, &Settings::default(), Age::New);
     problem.fill(true);
     let corner = [1.0, 0.0, 0.0];
     let is_hyperstatic = |rows| {

@@ -135,7 +135,7 @@ fn starts<const R: usize>(
             solve.state.point.r
         })
     };
-    Ok([start(Call::Begin)?, start(Call::Append)?])
+    Ok([start(Call::Begin)?, start(Call::Append(0))?])
 }
 
 /// A new tick extrapolates impulses. A second pass of the same tick does not.

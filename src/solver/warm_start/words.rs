@@ -6,20 +6,24 @@ use crate::real::Real;
 use core::array::from_fn;
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C, R> {
+    /// The first word: version of the format, rows of a contact and bytes of a number.
+    const FORMAT: u64 = 1 << 32 | (D as u64) << 8 | size_of::<T>() as u64;
+
     /// All that it holds, as words for [`Self::from_words`].
     pub fn words(&self) -> impl Iterator<Item = u64> + '_ {
         let flags = [self.is_solved, self.presumes_rest, self.is_disturbed].map(u64::from);
         let counts = [self.contacts.known().map(|_| 1).sum::<u64>(), self.rows.known().map(|_| 1).sum()];
         let contacts = self.contacts.known().flat_map(Entry::words);
         let rows = self.rows.known().flat_map(Entry::words);
-        let head = flags.into_iter().chain([u64::from(self.creeping_ticks)]).chain(counts);
+        let head = [Self::FORMAT].into_iter().chain(flags).chain([self.creeping_ticks.into()]).chain(counts);
         head.chain(contacts).chain(rows)
     }
 
-    /// The warm start of these words. `None` if they are none, of contacts of other rows, or of more contacts or joint rows than there is room for.
+    /// The warm start of these words. `None` if they are not [`Self::words`] of this number type and `D`, or if there is no room for all their
+    /// contacts or joint rows.
     pub fn from_words(words: impl IntoIterator<Item = u64>) -> Option<Self> {
-        let mut words = words.into_iter();
-        let words = words.by_ref();
+        let words = &mut words.into_iter();
+        words.next().filter(|&format| format == Self::FORMAT)?;
         let mut flag = || words.next().filter(|&word| word <= 1).map(|word| word == 1);
         let (is_solved, presumes_rest, is_disturbed) = (flag()?, flag()?, flag()?);
         let creeping_ticks = u8::try_from(words.next()?).ok().filter(|&ticks| ticks < CREEPING_TICKS)?;

@@ -2,10 +2,10 @@
 #![allow(clippy::expect_used)]
 
 use crate::linalg::stacked::Stacked;
-use crate::problem::Problem;
 use crate::problem::judge::rounding::Rounding;
+use crate::problem::{Age, Problem};
 use crate::real::Real;
-use crate::{Contact, Factor, JointRow, Model, RowLaw, Scene};
+use crate::{Contact, Factor, JointRow, RowLaw, Scene, Settings};
 use nalgebra::{SMatrix, SVector};
 use proptest::array::{uniform2, uniform3, uniform4};
 use proptest::prelude::*;
@@ -62,7 +62,7 @@ proptest! {
         prop_assume!(factor.is_ok());
         let factor = factor.expect("positive definite");
         let push = SVector::from(f).map(f32::literal);
-        let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
+        let mut problem = Problem::new(&scene, &factor, &push, &Settings::default(), Age::New);
         problem.fill(true);
         let row_r = if is_mixed { f32::literal(row_r) } else { 0.0 };
         let r = Impulses { contacts: r.map(|r| r.map(f32::literal)), rows: [row_r] };
@@ -99,7 +99,7 @@ proptest! {
         let scene = scene::<f64>(root, masses, (jacobians, offset), false);
         let factor = Factor::new(&scene).expect("positive definite");
         let push = SVector::from(f);
-        let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
+        let mut problem = Problem::new(&scene, &factor, &push, &Settings::default(), Age::New);
         problem.fill(true);
         let r = Impulses { contacts: r, rows: [0.0] };
         let (mut u, mut sizes) = (Stacked::zero(), Stacked::zero());

@@ -2,9 +2,9 @@
 #![allow(clippy::expect_used)]
 
 use crate::linalg::stacked::Stacked;
-use crate::problem::Problem;
 use crate::problem::judge::rounding::Rounding;
-use crate::{Contact, Factor, Model, Scene};
+use crate::problem::{Age, Problem};
+use crate::{Contact, Factor, Scene, Settings};
 use nalgebra::{SMatrix, SVector};
 use proptest::array::{uniform2, uniform4};
 use proptest::prelude::*;
@@ -40,7 +40,7 @@ proptest! {
         prop_assume!(factor.is_ok());
         let factor = factor.expect("positive definite");
         let push = SVector::from(f);
-        let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
+        let mut problem = Problem::new(&scene, &factor, &push, &Settings::default(), Age::New);
         problem.fill(true);
         // In f64 no product is rounded, and sums hardly.
         let [wide_v, wide_f] = [v, f].map(|x| SVector::from(x.map(f64::from)));
@@ -82,7 +82,7 @@ fn momenta_of_which_squares_vanish_are_bounded() {
     let factor = Factor::new(&scene).expect("positive definite");
     let v = [1e-18_f32, -1e-18];
     let f = mass * SVector::from(v);
-    let mut problem = Problem::new(&scene, &factor, &f, Model::Coulomb);
+    let mut problem = Problem::new(&scene, &factor, &f, &Settings::default(), Age::New);
     problem.fill(true);
     let [f] = f.data.0;
     let (mut dynamics, mut bounds) = (scene.dynamics(&f, &v, &Stacked::zero()), Rounding::unset());

@@ -5,9 +5,9 @@ extern crate std;
 
 use super::{C, N, R, differences, point_at};
 use crate::linalg::stacked::{Stacked, StackedMatrix};
-use crate::problem::Problem;
+use crate::problem::{Age, Problem};
 use crate::sets::jacobian::{EarlierIndices, Jacobian};
-use crate::{Contact, Error, Factor, JointRow, Model, RowLaw, RowMode, Scene, Surface};
+use crate::{Contact, Error, Factor, JointRow, Model, RowLaw, RowMode, Scene, Settings, Surface};
 use nalgebra::{SMatrix, SVector};
 use std::vec::Vec;
 
@@ -68,7 +68,8 @@ fn check_rows<const D: usize>(contacts: u32, model: Model) -> Result<[usize; 4],
         let factor = Factor::new(&scene)?;
         let mut next = || random.next().unwrap_or(0.0);
         let push = SVector::from_fn(|_, _| next());
-        let mut problem = Problem::new(&scene, &factor, &push, model);
+        let mut problem =
+            Problem::new(&scene, &factor, &push, &Settings { model, ..Settings::default() }, Age::New);
         problem.fill(true);
         let [z, b] = [(); 2].map(|()| {
             let mut drawn = Stacked::zero();
@@ -156,7 +157,7 @@ fn a_jacobian_follows_to_other_places() -> Result<(), Error> {
         let mut steps = Vec::new();
         for (scene, order) in scenes.iter().zip(&orders) {
             let factor = Factor::new(scene)?;
-            let mut problem = Problem::new(scene, &factor, &push, Model::Coulomb);
+            let mut problem = Problem::new(scene, &factor, &push, &Settings::default(), Age::New);
             problem.fill(true);
             let [z, b] = drawn.map(|drawn| {
                 let mut moved = drawn;
@@ -199,7 +200,7 @@ fn a_jacobian_follows_to_other_places() -> Result<(), Error> {
         let mut indices = EarlierIndices { contacts: [0, 1, 2], rows: [0, 1, 2, 3, 4, 5, R, R] };
         jacobian.follow(&indices);
         let factor = Factor::new(&scenes[1])?;
-        let mut problem = Problem::new(&scenes[1], &factor, &push, Model::Coulomb);
+        let mut problem = Problem::new(&scenes[1], &factor, &push, &Settings::default(), Age::New);
         problem.fill(true);
         let point = point_at(&problem, &drawn[0]);
         assert!(!jacobian.has_same_active_set(&problem.sets, &point));
