@@ -187,7 +187,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> So
         if !self.monitor.is_over() {
             let mut u = Stacked::zero();
             let estimate = self.monitor.problem.velocities_and_estimate(&r, &mut u);
-            self.monitor.keep(&r, &u, estimate);
+            self.monitor.keep(&r, &u, (estimate, false));
         }
         self.monitor.finish::<AllPhases>();
         r

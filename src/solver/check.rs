@@ -45,7 +45,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 Status::PrecisionLimit // squares overflow
             });
         } else {
-            self.keep_by(r, u, (self.solution.error, true));
+            self.keep(r, u, (self.solution.error, true));
             self.holds_best = !exactly && self.record.best == *r;
             if !P::EXACT_ERRORS {
                 self.charge(EXACT_ERROR);

@@ -139,42 +139,35 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
             estimate = self.problem.error_estimate(r, u);
         }
         if estimate > tolerance {
-            self.keep(r, u, estimate);
+            self.keep(r, u, (estimate, false));
         } else if self.record.best_estimate.is_none_or(|best| estimate < best) {
             self.record.check = Check::Error;
         }
     }
 
-    /// Keeps impulses with the velocities `u` if their estimate is the least so far, unless they are absurd.
-    ///
-    /// Where the best are known by their error, others count by theirs: like is compared with like.
-    pub(crate) fn keep(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>, estimate: T) {
-        let is_lower = self.record.best_estimate.is_none_or(|best| estimate < best);
-        if is_lower && self.record.is_by_error && !self.problem.is_relaxed() {
-            self.evaluate(r, false);
-            self.keep_by(r, u, (self.solution.error, true));
-            self.holds_best = self.record.best == *r;
-        } else {
-            self.keep_by(r, u, (estimate, false));
-        }
-    }
-
-    /// [`Self::keep`] by an estimate or by an error.
-    pub(super) fn keep_by(
+    /// Keeps impulses with the velocities `u` if their estimate is the least so far, unless they are absurd. Once the best are known by their
+    /// error, others count by theirs.
+    pub(crate) fn keep(
         &mut self,
         r: &Stacked<T, D, C, R>,
         u: &Stacked<T, D, C, R>,
-        (estimate, is_error): (T, bool),
+        (mut estimate, mut is_error): (T, bool),
     ) {
         let best = self.record.best_estimate;
-        if best.is_some_and(|best| estimate >= best && best.is_finite()) {
+        let is_more = |estimate: T| best.is_some_and(|best| estimate >= best && best.is_finite());
+        let measures = self.record.is_by_error && !is_error && !is_more(estimate);
+        if measures {
+            self.evaluate(r, false);
+            (estimate, is_error) = (self.solution.error, true);
+        }
+        if is_more(estimate) {
             return;
         }
         if best.is_some() && self.is_absurd(r, u) {
             self.record.has_doubted = true;
             return;
         }
-        self.holds_best = false;
+        self.holds_best = measures;
         self.record.best = *r;
         self.record.best_estimate = Some(estimate);
         self.record.is_by_error = is_error;

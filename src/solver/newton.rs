@@ -139,14 +139,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         self.monitor.note_failure();
         // Between contacts that are nearly one the merit has a narrow valley: a damped step stays in it.
-        newton.is_damped = matches!(newton.origin, Origin::Path) && !newton.is_damped && self.is_in_valley();
+        newton.is_damped = !newton.is_damped && matches!(newton.origin, Origin::Path) && self.is_in_valley();
         newton.is_damped
     }
 
-    /// Is the error of the point little more than the tolerance, with impulses that are not doubtful?
+    /// Is the error of the point, by Coulomb's law, little more than the tolerance, with impulses that are not doubtful?
     fn is_in_valley(&self) -> bool {
-        let limit = self.monitor.tolerance() * tuning::valley();
-        self.state.point.estimate < limit && !self.monitor.is_doubtful(&self.state.point.r)
+        let (point, monitor) = (&self.state.point, &self.monitor);
+        let is_near = point.estimate < monitor.tolerance() * tuning::valley();
+        is_near && !monitor.problem.is_relaxed() && !monitor.is_doubtful(&point.r)
     }
 
     /// Takes the first of [`tuning::LENGTHS`] of a step that lowers the merit, and returns it. A full step may raise the merit by the factor

@@ -89,7 +89,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             }
             estimate = estimate.max(self.state.point.estimate);
         } else {
-            self.monitor.keep(&self.state.point.r, &self.state.point.u, estimate);
+            self.monitor.keep(&self.state.point.r, &self.state.point.u, (estimate, false));
         }
         let sweeps = &mut self.state.sweeps;
         sweeps.done = sweeps.done.saturating_add(1);
@@ -110,7 +110,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let (r, u) = (&self.state.point.r, &self.state.point.u);
         let estimate = self.monitor.problem.error_estimate(r, u);
         if estimate > self.monitor.tolerance() {
-            self.monitor.keep(r, u, estimate);
+            self.monitor.keep(r, u, (estimate, false));
         }
     }
 }

@@ -117,36 +117,28 @@ impl<T: Real, const C: usize, const R: usize> Search<T, C, R> {
         }
     }
 
-    /// Moves `d` into the null space of `W`, by inverse iteration on its support; `None` if the demands do not allow the result. Entries that
-    /// have no part in it, or become negative, leave the support: others of the minimiser are rounding there.
+    /// Moves `d` into the null space of `W`, by inverse iteration on its support. Entries that have no part in it leave the support: those of the
+    /// minimiser are rounding there, and may become negative.
     #[inline(never)]
     pub(super) fn purify(&self, d: &mut Proof<T, C, R>) -> Option<()> {
         for _ in 0..4 {
-            let support = support(d);
-            for _ in 0..3 {
-                normalise(d);
-                *d = self.solve(&support, T::ZERO, &self.offsets, d)?;
-            }
-            normalise(d);
-            let mut has_shrunk = false;
-            for (d, demand) in d.iter_mut().zip(self.demands.iter()) {
-                let size = if *demand == Demand::Zero { d.abs() } else { *d };
-                if size < T::literal(NO_PART) && *d != T::ZERO {
-                    (*d, has_shrunk) = (T::ZERO, true);
-                }
-            }
-            if !has_shrunk {
-                break;
-            }
+            self.normalise(d);
+            *d = self.solve(&support(d), T::ZERO, &self.offsets, d)?;
         }
-        for d in d.iter_mut() {
-            if d.abs() < T::EPSILON * T::literal(64.0) {
+        self.normalise(d);
+        Some(())
+    }
+
+    /// Scales `d` to a largest entry of 1, and sets those to zero that are tiny or not allowed.
+    fn normalise(&self, d: &mut Proof<T, C, R>) {
+        let largest = d.iter().fold(T::ZERO, |largest, d| at_least(d.abs(), largest));
+        for (d, demand) in d.iter_mut().zip(self.demands.iter()) {
+            *d /= largest;
+            let size = if *demand == Demand::Zero { d.abs() } else { *d };
+            if size < T::literal(NO_PART) {
                 *d = T::ZERO;
             }
         }
-        let mut rows = d.iter().zip(self.demands.iter());
-        let allowed = |(&d, demand): (&T, &Demand)| *demand == Demand::Zero || d >= T::ZERO;
-        rows.all(allowed).then_some(())
     }
 
     /// Subtracts from `d` a correction with the product `residual` with `W`: one step of iterative refinement.
@@ -231,12 +223,4 @@ fn repack<T: Real, const C: usize, const R: usize>(
 /// The rows in which `d` is not zero.
 fn support<T: Real, const C: usize, const R: usize>(d: &Proof<T, C, R>) -> Proof<bool, C, R> {
     Proof { contacts: d.contacts.map(|[d]| [d != T::ZERO]), rows: d.rows.map(|d| d != T::ZERO) }
-}
-
-/// Scales `d` to a largest entry of 1.
-fn normalise<T: Real, const C: usize, const R: usize>(d: &mut Proof<T, C, R>) {
-    let largest = d.iter().fold(T::ZERO, |largest, d| at_least(d.abs(), largest));
-    for d in d.iter_mut() {
-        *d /= largest;
-    }
 }

@@ -139,6 +139,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             return Phase::Idle;
         }
         if has_jammed {
+            self.set_best_impulses();
             return self.leave_jam();
         }
         self.set_zero_impulse();
