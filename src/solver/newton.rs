@@ -128,26 +128,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         if length == Some(T::ONE) {
             newton.may_raise_merit &= self.state.point.merit < before;
             newton.reuse = self.state.point.merit < before * tuning::chord_fall();
-            newton.is_damped = false;
         }
         let lowers = self.state.point.merit < before * rise.unwrap_or(T::ONE);
         if self.monitor.must_return() && !lowers {
             newton.remaining_steps = 0; // rejected, unless the check finds a solution
         }
-        if length.is_some() {
-            return true;
+        if length.is_none() {
+            self.monitor.note_failure();
         }
-        self.monitor.note_failure();
-        // Between contacts that are nearly one the merit has a narrow valley: a damped step stays in it.
-        newton.is_damped = !newton.is_damped && matches!(newton.origin, Origin::Path) && self.is_in_valley();
-        newton.is_damped
-    }
-
-    /// Is the error of the point, by Coulomb's law, little more than the tolerance, with impulses that are not doubtful?
-    fn is_in_valley(&self) -> bool {
-        let (point, monitor) = (&self.state.point, &self.monitor);
-        let is_near = point.estimate < monitor.tolerance() * tuning::valley();
-        is_near && !monitor.problem.is_relaxed() && !monitor.is_doubtful(&point.r)
+        length.is_some()
     }
 
     /// Takes the first of [`tuning::LENGTHS`] of a step that lowers the merit, and returns it. A full step may raise the merit by the factor

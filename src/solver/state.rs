@@ -81,8 +81,6 @@ pub(crate) struct Newton {
     pub(super) may_raise_merit: bool,
     /// Does the next step begin with chord steps?
     pub(super) reuse: bool,
-    /// Is the next step damped more, because one near a solution was rejected?
-    pub(super) is_damped: bool,
     /// Do sweeps come before a new Jacobian?
     pub(super) sweeps_first: bool,
     pub(super) origin: Origin,
@@ -108,7 +106,6 @@ impl Newton {
             remaining_steps: u8::try_from(tuning::newton_steps()).unwrap_or(u8::MAX),
             may_raise_merit: false,
             reuse: false,
-            is_damped: false,
             sweeps_first: false,
             origin: Origin::Cold,
         }
@@ -149,7 +146,6 @@ impl Newton {
     /// about the rounding of a well-conditioned `W`, so that the last steps are hardly damped.
     pub(super) fn damping<T: Real>(self, estimate: T, centred: bool) -> T {
         let share: T = match self.origin {
-            Origin::Path if self.is_damped => tuning::valley_damping(),
             Origin::Path => tuning::finish_damping(),
             // The null space of a hyperstatic scene changes from solve to solve.
             _ if centred => tuning::hyperstatic_damping(),

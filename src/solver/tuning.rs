@@ -57,8 +57,6 @@ numbers! {
 
     /// Newton: the step from the guess that all contacts stick may raise the merit by this factor.
     merit_growth: 1e5;
-    /// Newton: a rejected step of a path's end is tried again with more damping if the estimate is below this many tolerances.
-    valley: 10.0;
     /// Newton: chord steps follow as long as the merit falls to at most this share in each step.
     chord_fall: 0.1;
 
@@ -68,8 +66,6 @@ numbers! {
     hyperstatic_damping: 1e-3;
     /// Damping: `δ` over the estimate in steps that finish the central path.
     finish_damping: 0.1;
-    /// Damping: the same after a rejected step near a solution.
-    valley_damping: 1e3;
 
     /// Central path: the first `tau` over the mean of `alpha |q|²`.
     first_tau: 10.0;
