@@ -13,7 +13,7 @@ use testbed::generate::{self, Class};
 use testbed::mixed::MixedFile;
 use testbed::scene_file;
 
-const SETTINGS: Settings<f64> = Settings::new(1e-14);
+const SETTINGS: Settings<f64> = Settings { budget: 5_000, ..Settings::new(1e-14) };
 
 /// How far a scene moves to find its direction: bounds stay in order.
 const END: f64 = 1.0 / 1024.0;

@@ -16,7 +16,7 @@ use testbed::method::Method;
 use testbed::scene_file::{self, SceneFile};
 
 /// A constant, its value, and one without what it belongs to.
-const CONSTANTS: [(&str, f64, f64); 24] = [
+const CONSTANTS: [(&str, f64, f64); 23] = [
     ("open_threshold", 0.03, 1e30),
     ("grazing", 1e-4, 0.0),
     ("sticking", 1.0, -1.0),
@@ -34,11 +34,10 @@ const CONSTANTS: [(&str, f64, f64); 24] = [
     ("margin", 0.02, 0.5),
     ("correct_again", 0.95, 0.0),
     ("near", 1e-3, 0.0),
-    ("jammed", 0.1, 0.0),
+    ("jammed", 0.02, 0.0),
     ("longest_path", 30.0, 1e9),
     ("tau_raise", 9.0, 1.0),
     ("sweeps_at_jam", 5.0, 0.0),
-    ("jams_to_best", 3.0, 1e9),
     ("jams_to_farthest", 2.0, 1e9),
     ("patience", 1000.0, 1e9),
 ];

@@ -141,9 +141,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let tau = self.state.path.tau;
         let jams = self.state.path.jams;
         self.state.path.jams = jams.wrapping_add(1);
-        if (jams + 1).is_multiple_of(tuning::jams_to_best()) {
-            self.set_best_impulses();
-        }
         let has_merged = jams.is_multiple_of(2) && self.merge_contacts();
         self.evaluate_impulses();
         if !self.state.point.estimate.is_finite() {

@@ -99,8 +99,6 @@ counts! {
     longest_path: 30;
     /// Central path: number of sweeps after a jam.
     sweeps_at_jam: 5;
-    /// Central path: one jam in this many continues from the best impulses so far, but not the first one.
-    jams_to_best: 3;
     /// Central path: the path after this many jams and one more begins with the `tau` of a path that begins far away, over the root of `eps`.
     jams_to_farthest: 2;
 
