@@ -264,8 +264,8 @@ fn clutch(share: f64) -> Result<(body::Scene<f64>, SVector<f64, 6>, f64), Error>
 }
 
 #[test]
-fn a_clutch_locks_in_a_budget_or_by_its_relaxation() -> Result<(), Error> {
-    for share in [0.5, 0.8, 0.9, 0.95] {
+fn a_clutch_locks_at_once() -> Result<(), Error> {
+    for share in [0.3, 0.5, 0.65, 0.8, 0.9, 0.95, 0.99] {
         let (scene, push, pressed) = clutch(share)?;
         let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
         let locks = |solution: &Solution<f64, 6, 3, 4, 0>| {
@@ -273,11 +273,11 @@ fn a_clutch_locks_in_a_budget_or_by_its_relaxation() -> Result<(), Error> {
                 solution.contacts.iter().all(|contact| (contact.impulse[0] / pressed - 1.0).abs() < 1e-3);
             solution.status == Status::Solved && solution.velocity[0].abs() < 1e-5 && presses
         };
-        let law = Settings { budget: 10_000, ..Settings::new(1e-9) };
+        let law = Settings { budget: 200, ..Settings::new(1e-9) };
         assert!(locks(solver.solve(&scene, &factor, &push, &law)?), "{share}");
-        // All can stay, so the relaxation has the same solution, and needs far less.
+        // All can stay, so the relaxation has the same solution.
         solver.reset();
-        let relaxation = Settings { budget: 200, model: Model::ConvexRelaxation, ..law };
+        let relaxation = Settings { model: Model::ConvexRelaxation, ..law };
         assert!(locks(solver.solve(&scene, &factor, &push, &relaxation)?), "{share}");
         let again = solver.solve(&scene, &factor, &push, &Settings { budget: 20, ..law })?;
         assert!(locks(again), "{share}: {again:?}");
