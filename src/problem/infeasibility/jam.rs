@@ -39,14 +39,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let demands = self.scene.demands();
         let Weighted { mut weights, offsets } = self.weighted(&demands.rows);
         let mut x = Stacked::zero();
-        if let Some(grown) = grown {
-            for (x, &r, &weight) in zip3(x.iter_mut(), grown.iter(), weights.iter()) {
-                *x = if weight > T::ZERO { r / weight } else { T::ZERO };
+        add(&mut x, grown.unwrap_or(&offsets), -T::ONE);
+        if grown.is_some() {
+            for (x, &weight) in x.iter_mut().zip(weights.iter()) {
+                *x = if weight > T::ZERO { -*x / weight } else { T::ZERO };
             }
-            let size = T::ONE / dot(&x, &x).square_root();
-            x.iter_mut().for_each(|x| *x *= size);
-        } else {
-            add(&mut x, &offsets, -T::ONE);
         }
         self.balance(&weights, &mut x);
         let least = dot(&x, &x) * T::literal(1e-6);

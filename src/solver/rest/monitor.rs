@@ -16,11 +16,8 @@ const CREEPS: f64 = 2.0;
 /// A solution at rest closes the question if its estimate is at most this share of the tolerance.
 const ANSWERED: f64 = 0.125;
 
-/// After a jam the answer is no if the estimate by the relaxation is below [`NEAR`] and below this share of that by Coulomb's law.
+/// After a jam the answer is no if the estimate by the relaxation is below this share of that by Coulomb's law.
 const CLEAR: f64 = 0.05;
-
-/// See [`CLEAR`].
-const NEAR: f64 = 0.01;
 
 /// The relaxation counts as solved exactly if its estimate is at most this share of the tolerance.
 const EXACT: f64 = 1.0 / 64.0;
@@ -119,9 +116,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Is it known that not all bodies can stay? Either the relaxation is solved exactly without a solution of Coulomb's law, or the duality
     /// gap proves that a contact moves, which probably slides.
     pub(super) fn cannot_rest(&mut self, point: &NewtonPoint<T, D, C, R>) -> bool {
-        let is_near = self.record.rest == RestQuestion::OpenAfterJam && point.estimate < T::literal(NEAR);
-        let clear = T::literal(CLEAR);
-        is_near && point.estimate < clear * self.problem.estimate_by(Model::Coulomb, &point.r, &point.u)
+        let has_jammed = self.record.rest == RestQuestion::OpenAfterJam;
+        let share = T::literal(CLEAR);
+        has_jammed && point.estimate < share * self.problem.estimate_by(Model::Coulomb, &point.r, &point.u)
             || self.is_exact(point)
             || self.problem.must_slide(&point.r, &point.u)
     }
