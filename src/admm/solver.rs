@@ -14,7 +14,7 @@ use crate::scene::Scene;
 use crate::solution::{Settings, Solution};
 use crate::solver::AllPhases;
 use crate::solver::monitor::Monitor;
-use crate::solver::record::{Call, Record};
+use crate::solver::record::{Call, Measure, Record};
 use crate::solver::warm_start::WarmStart;
 use nalgebra::SVector;
 
@@ -187,7 +187,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> So
         if !self.monitor.is_over() {
             let mut u = Stacked::zero();
             let estimate = self.monitor.problem.velocities_and_estimate(&r, &mut u);
-            self.monitor.keep(&r, &u, (estimate, false));
+            self.monitor.keep(&r, &u, (estimate, Measure::Estimate));
         }
         self.monitor.finish::<AllPhases>();
         r

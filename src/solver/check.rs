@@ -6,7 +6,7 @@ use crate::real::Real;
 use crate::solution::Status;
 use crate::solver::monitor::Monitor;
 use crate::solver::phases::Phases;
-use crate::solver::record::Check;
+use crate::solver::record::{Check, Measure};
 use core::mem;
 
 /// Work that an error with twice the digits takes from the budget. A check in vain takes as much: if the solution is refused, or if a solver
@@ -45,7 +45,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 Status::PrecisionLimit // squares overflow
             });
         } else {
-            self.keep(r, u, (self.solution.error, true));
+            self.keep(r, u, (self.solution.error, Measure::Error));
             self.holds_best = !exactly && self.record.best == *r;
             if !P::EXACT_ERRORS {
                 self.charge(EXACT_ERROR);

@@ -10,7 +10,7 @@ use crate::problem::Problem;
 use crate::real::Real;
 use crate::solution::{Model, Settings, Solution, Status, Work};
 use crate::solver::phases::Phases;
-use crate::solver::record::{Call, Check, Milestone, Record};
+use crate::solver::record::{Call, Check, Measure, Milestone, Record};
 use crate::solver::tuning;
 
 /// The monitor of one call that works on a solve.
@@ -139,7 +139,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
             estimate = self.problem.error_estimate(r, u);
         }
         if estimate > tolerance {
-            self.keep(r, u, (estimate, false));
+            self.keep(r, u, (estimate, Measure::Estimate));
         } else if self.record.best_estimate.is_none_or(|best| estimate < best) {
             self.record.check = Check::Error;
         }
@@ -151,14 +151,14 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         &mut self,
         r: &Stacked<T, D, C, R>,
         u: &Stacked<T, D, C, R>,
-        (mut estimate, mut is_error): (T, bool),
+        (mut estimate, mut measure): (T, Measure),
     ) {
         let best = self.record.best_estimate;
         let is_more = |estimate: T| best.is_some_and(|best| estimate >= best && best.is_finite());
-        let measures = self.record.is_by_error && !is_error && !is_more(estimate);
+        let measures = self.record.measure != measure && measure == Measure::Estimate && !is_more(estimate);
         if measures {
             self.evaluate(r, false);
-            (estimate, is_error) = (self.solution.error, true);
+            (estimate, measure) = (self.solution.error, Measure::Error);
         }
         if is_more(estimate) {
             return;
@@ -170,7 +170,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         self.holds_best = measures;
         self.record.best = *r;
         self.record.best_estimate = Some(estimate);
-        self.record.is_by_error = is_error;
+        self.record.measure = measure;
     }
 
     /// The impulses with the least estimate so far.

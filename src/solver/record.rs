@@ -55,6 +55,16 @@ pub(super) enum Check {
     ExactError,
 }
 
+/// By what impulses are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)] // so that `Estimate` is zero, and a new solver takes no flash
+pub(crate) enum Measure {
+    /// The estimate of their error.
+    Estimate,
+    /// Their error, with its bounds on rounding.
+    Error,
+}
+
 /// Is a solve under way?
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Begun {
@@ -83,8 +93,7 @@ pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
     pub(super) best: Stacked<T, D, C, R>,
     /// Estimate of their error (see [`super::monitor`]).
     pub(super) best_estimate: Option<T>,
-    /// Is that an error, with its bounds on rounding?
-    pub(super) is_by_error: bool,
+    pub(super) measure: Measure,
     pub(super) check: Check,
     pub(super) factor_age: Age,
     /// Number of corrections of the velocities, see [`super::refinement`].
@@ -110,7 +119,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
             status: Status::Unsolved,
             best: Stacked::zero(),
             best_estimate: None,
-            is_by_error: false,
+            measure: Measure::Estimate,
             check: Check::None,
             counts_stopping: false,
             factor_age: Age::New,
@@ -128,7 +137,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
         self.begun = Begun::No;
         self.status = Status::Unsolved;
         self.best_estimate = None;
-        self.is_by_error = false;
+        self.measure = Measure::Estimate;
         self.check = Check::None;
         self.counts_stopping = false;
         self.corrections = 0;

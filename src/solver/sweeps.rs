@@ -12,6 +12,7 @@ use crate::real::Real;
 use crate::sets::sweep;
 use crate::solution::Model;
 use crate::solver::phases::Phases;
+use crate::solver::record::Measure;
 use crate::solver::solve::Solve;
 use crate::solver::tuning;
 use core::mem;
@@ -89,7 +90,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             }
             estimate = estimate.max(self.state.point.estimate);
         } else {
-            self.monitor.keep(&self.state.point.r, &self.state.point.u, (estimate, false));
+            self.monitor.keep(&self.state.point.r, &self.state.point.u, (estimate, Measure::Estimate));
         }
         let sweeps = &mut self.state.sweeps;
         sweeps.done = sweeps.done.saturating_add(1);
@@ -110,7 +111,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let (r, u) = (&self.state.point.r, &self.state.point.u);
         let estimate = self.monitor.problem.error_estimate(r, u);
         if estimate > self.monitor.tolerance() {
-            self.monitor.keep(r, u, (estimate, false));
+            self.monitor.keep(r, u, (estimate, Measure::Estimate));
         }
     }
 }
