@@ -158,8 +158,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let value = values.get(jams % values.len().max(1));
             value.copied().unwrap_or(T::ONE)
         };
-        let mut gain = value(&tuning::GAINS.map(T::literal));
-        let mut beta = value(&tuning::WEIGHTS.map(T::literal));
         // `tau` rises with each round of weights, so that no path repeats an earlier one.
         let round = T::count(1 + jams.div_euclid(tuning::WEIGHTS.len()));
         let mut raised = tau * tuning::tau_raise() * round;
@@ -167,9 +165,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             raised = raised.max(self.far_tau()); // the first path may have begun too near its end
         }
         if jams == tuning::jams_to_farthest() {
-            (raised, gain, beta) = (self.far_tau() / T::EPSILON.square_root(), tuning::first_gain(), T::ONE);
+            self.enter_path(self.far_tau() / T::EPSILON.square_root(), tuning::first_gain(), T::ONE);
+        } else {
+            let (gain, beta) = (tuning::GAINS.map(T::literal), tuning::WEIGHTS.map(T::literal));
+            self.enter_path(raised, value(&gain), value(&beta));
         }
-        self.enter_path(raised, gain, beta);
         self.evaluate_impulses();
         self.consider();
         if has_merged || self.state.point.estimate < tuning::near() || self.monitor.must_return() {

@@ -61,18 +61,20 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// looked for after a path has jammed, or before if the best impulses are far from a solution. Nothing is asked where a solution is known.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn examine_failure(&mut self, failure: Failure) {
-        let is_early = match failure {
-            _ if self.monitor.record.has_fallback() => return,
-            Failure::Jammed => false,
-            Failure::Rejected(Origin::Cold | Origin::Guess) if !self.monitor.problem.is_relaxed() => true,
+        let monitor = &mut self.monitor;
+        let looks = match failure {
+            _ if monitor.record.has_fallback() => return,
+            Failure::Jammed => true,
+            Failure::Rejected(origin @ (Origin::Cold | Origin::Guess)) if !monitor.problem.is_relaxed() => {
+                if matches!(origin, Origin::Cold) {
+                    monitor.check_best();
+                }
+                monitor.record.best_estimate.is_none_or(|estimate| estimate > T::literal(FAR))
+            }
             Failure::Rejected(_) => return,
         };
-        if matches!(failure, Failure::Rejected(Origin::Cold)) {
-            self.monitor.check_best();
-        }
-        let is_far = self.monitor.record.best_estimate.is_none_or(|estimate| estimate > T::literal(FAR));
-        if !self.monitor.is_over() && (is_far || !is_early) {
-            self.monitor.look_for_proof();
+        if looks && !monitor.is_over() {
+            monitor.look_for_proof();
         }
         if self.monitor.is_over() {
             self.go_to_best(); // the next solve starts there

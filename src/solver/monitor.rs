@@ -155,7 +155,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
     ) {
         let best = self.record.best_estimate;
         let is_more = |estimate: T| best.is_some_and(|best| estimate >= best && best.is_finite());
-        let measures = self.record.measure != measure && measure == Measure::Estimate && !is_more(estimate);
+        let differ = (self.record.measure, measure) == (Measure::Error, Measure::Estimate);
+        let measures = differ && !is_more(estimate);
         if measures {
             self.evaluate(r, false);
             (estimate, measure) = (self.solution.error, Measure::Error);

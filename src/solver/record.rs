@@ -10,7 +10,7 @@ use crate::solution::Status;
 pub(crate) enum Call {
     /// It begins another solve.
     Begin,
-    /// It begins the same solve again, with more joint rows, after passes of this work, which the budget lacks.
+    /// It begins the same solve again, with more joint rows. Earlier passes of the call took this work from its budget.
     Append(usize),
     /// It continues the solve.
     Resume,
@@ -55,7 +55,7 @@ pub(super) enum Check {
     ExactError,
 }
 
-/// By what impulses are compared.
+/// The measure by which impulses are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)] // so that `Estimate` is zero, and a new solver takes no flash
 pub(crate) enum Measure {
@@ -91,8 +91,9 @@ pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
     pub(super) status: Status,
     /// Best impulses so far.
     pub(super) best: Stacked<T, D, C, R>,
-    /// Estimate of their error (see [`super::monitor`]).
+    /// Estimate of their error (see [`super::monitor`]), or that error.
     pub(super) best_estimate: Option<T>,
+    /// Which of both `best_estimate` is.
     pub(super) measure: Measure,
     pub(super) check: Check,
     pub(super) factor_age: Age,

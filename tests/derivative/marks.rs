@@ -1,8 +1,8 @@
 //! What has no derivative says so.
 
-use crate::support::boxes::{BRICK, BoxScene};
-use nalgebra::{Matrix2, Vector3, matrix, vector};
-use stiction::{Contact, ContactMode, Derivative, Error, Factor, Inputs, Kernel, Outputs, Settings, Solver};
+use crate::support::boxes::{BRICK, BoxScene, planar_floor};
+use nalgebra::{Matrix2, Vector3, vector};
+use stiction::{ContactMode, Derivative, Error, Factor, Inputs, Kernel, Outputs, Settings, Solver};
 
 const SETTINGS: Settings<f64> = Settings::new(1e-12);
 
@@ -52,9 +52,7 @@ fn what_slides_straight_has_a_velocity_and_what_turns_has_none() -> Result<(), E
 fn block(push: [f64; 2]) -> Result<Kernel<f64, 2, 2, 2>, Error> {
     let mut kernel = Kernel::new();
     kernel.scene_mut().set_mass(&(Matrix2::identity() * 2.0))?;
-    let (jacobian, offset) = (matrix![0.0, 1.0; 1.0, 0.0], vector![0.0, 0.0]);
-    let contact = Contact { jacobian, offset, mu: 0.5, key: 0 };
-    kernel.scene_mut().push(&contact)?;
+    kernel.scene_mut().push(&planar_floor(0.5, 0))?;
     kernel.solve(&push.into(), &SETTINGS)?;
     Ok(kernel)
 }

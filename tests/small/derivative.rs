@@ -1,18 +1,15 @@
 //! What a derivative refuses, and its margin where squares overflow.
 
+use crate::support::boxes::planar_floor;
 use crate::support::sizes::{block, block_rows, joint};
 use nalgebra::{Matrix1, Matrix2, matrix, vector};
 use stiction::{Contact, Derivative, Error, JointRow, RowLaw, Settings, Status};
-
-fn floor(key: u32) -> Contact<f64, 2, 2> {
-    Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key }
-}
 
 /// A block of 2 kg that slides.
 fn sliding(settings: &Settings<f64>) -> Result<block::Kernel<f64>, Error> {
     let mut kernel = block::Kernel::new();
     kernel.scene_mut().set_mass(&(Matrix2::identity() * 2.0))?;
-    kernel.scene_mut().push(&floor(7))?;
+    kernel.scene_mut().push(&planar_floor(0.5, 7))?;
     kernel.solve(&vector![1.0, -0.2], settings)?;
     Ok(kernel)
 }
@@ -37,7 +34,7 @@ fn what_is_asked_of_a_solution_is_refused_for_another_scene() -> Result<(), Erro
     let row = JointRow { row: vector![1.0, 0.0], offset: -0.1, law: RowLaw::Limit, compliance: 0.0, key: 3 };
     let mut kernel = block_rows::Kernel::new();
     kernel.scene_mut().set_mass(&(Matrix2::identity() * 2.0))?;
-    kernel.scene_mut().push(&floor(7))?;
+    kernel.scene_mut().push(&planar_floor(0.5, 7))?;
     kernel.scene_mut().push_row(&row)?;
     kernel.solve(&push, &settings)?;
     let whole = kernel.scene().clone();
@@ -49,9 +46,9 @@ fn what_is_asked_of_a_solution_is_refused_for_another_scene() -> Result<(), Erro
         |scene| scene.set_row_offset(0, 0.1),
         |scene| scene.set_row_law(0, RowLaw::Equality),
         |scene| scene.set_row_compliance(0, 0.1),
-        |scene| scene.push(&floor(8)).map(drop),
+        |scene| scene.push(&planar_floor(0.5, 8)).map(drop),
         |scene| scene.remove_row(0),
-        |scene| scene.remove_contact(0).and_then(|()| scene.push(&floor(99)).map(drop)),
+        |scene| scene.remove_contact(0).and_then(|()| scene.push(&planar_floor(0.5, 99)).map(drop)),
     ];
     for (index, change) in changes.into_iter().enumerate() {
         change(kernel.scene_mut())?;
@@ -63,7 +60,7 @@ fn what_is_asked_of_a_solution_is_refused_for_another_scene() -> Result<(), Erro
         assert_eq!(kernel.load_reserve(&push, &settings).err(), refused, "{index}");
         kernel.scene_mut().clear();
         kernel.scene_mut().set_mass(whole.mass())?;
-        kernel.scene_mut().push(&floor(7))?;
+        kernel.scene_mut().push(&planar_floor(0.5, 7))?;
         kernel.scene_mut().push_row(&row)?;
         kernel.prepare()?;
         assert!(kernel.derivative(&settings).is_ok() && kernel.slip_reserve(&settings).is_ok());
@@ -80,7 +77,7 @@ fn a_solution_that_has_reached_a_limit_is_not_that_of_the_scene() -> Result<(), 
     let settings = Settings::new(1e-9);
     let mut kernel = block_rows::Kernel::<f64>::new();
     kernel.scene_mut().set_mass(&Matrix2::identity())?;
-    kernel.scene_mut().push(&floor(7))?;
+    kernel.scene_mut().push(&planar_floor(0.5, 7))?;
     for (offset, refused) in [(-0.1, Some(Error::SceneChanged)), (-9.0, None)] {
         let stop = JointRow {
             row: vector![-1.0, 0.0],

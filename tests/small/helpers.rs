@@ -2,6 +2,7 @@
 //! measures, the budget of a tick, and scenes of joint rows alone.
 #![allow(clippy::float_cmp)] // to the last bit
 
+use crate::support::boxes::planar_floor;
 use crate::support::pad;
 use crate::support::random::{draws, numbers};
 use crate::support::sizes::{block, cart, joint, joints, linkage, point, roomy_linkage};
@@ -184,12 +185,7 @@ fn what_slides_is_braked_by_less_than_what_stands() -> Result<(), Error> {
     let mut kernel = Kernel::<f64, 2, 2, 2>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix2::identity())?;
-    scene.push(&Contact {
-        jacobian: matrix![0.0, 1.0; 1.0, 0.0],
-        offset: vector![0.0, 0.0],
-        mu: friction.at_rest,
-        key: 7,
-    })?;
+    scene.push(&planar_floor(friction.at_rest, 7))?;
     let mut velocity = vector![0.0, 0.0];
     for (tick, (force, wanted)) in [
         (4.0, 0.0),
@@ -287,8 +283,7 @@ fn a_violation_is_also_friction_that_does_not_act_and_an_impulse_at_a_distance()
     let settings = Settings::new(1e-12);
     let mut kernel = block::Kernel::<f64>::new();
     kernel.scene_mut().set_mass(&(Matrix2::identity() * 2.0))?;
-    let (jacobian, offset) = (matrix![0.0, 1.0; 1.0, 0.0], vector![0.0, 0.0]);
-    kernel.scene_mut().push(&Contact { jacobian, offset, mu: 0.0, key: 0 })?;
+    kernel.scene_mut().push(&planar_floor(0.0, 0))?;
     let mut slide = |momentum: f64, mu: f64, model: Model| -> Result<_, Error> {
         kernel.scene_mut().set_friction(0, if model == Model::Coulomb { 0.0 } else { mu })?;
         kernel.solve(&vector![momentum, -1.0], &Settings { model, ..settings })?;
@@ -330,18 +325,16 @@ fn a_violation_is_also_friction_that_does_not_act_and_an_impulse_at_a_distance()
 #[test]
 fn a_contact_of_another_key_is_not_measured_by_what_stands_in_its_place() -> Result<(), Error> {
     let mut kernel = Kernel::<f64, 2, 2, 2>::new();
-    let floor =
-        |mu, key| Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu, key };
     kernel.scene_mut().set_mass(&Matrix2::identity())?;
-    kernel.scene_mut().push(&floor(0.5, 7))?;
+    kernel.scene_mut().push(&planar_floor(0.5, 7))?;
     let settings = Settings::new(1e-12);
     kernel.solve(&vector![0.4, -1.0], &settings)?;
     kernel.scene_mut().clear();
-    kernel.scene_mut().push(&floor(0.0, 8))?;
+    kernel.scene_mut().push(&planar_floor(0.0, 8))?;
     assert_eq!(kernel.violation().outside_cone, 0.0);
     assert_eq!(kernel.worst_contact(), None);
     kernel.scene_mut().clear();
-    kernel.scene_mut().push(&floor(0.0, 7))?;
+    kernel.scene_mut().push(&planar_floor(0.0, 7))?;
     assert!(close(kernel.violation().outside_cone, 0.4));
     assert_eq!(kernel.worst_contact(), Some(0));
     Ok(())

@@ -1,6 +1,6 @@
 //! Scene, factor and solver in one value.
 
-use crate::support::boxes::BRICK;
+use crate::support::boxes::{BRICK, planar_floor};
 use crate::support::sizes::block;
 use nalgebra::{Matrix2, Matrix6, matrix, vector};
 use stiction::{
@@ -75,12 +75,7 @@ fn a_kernel_gives_the_bits_of_its_parts() -> Result<(), Error> {
 fn what_is_still_is_the_same_to_all_solvers() -> Result<(), Error> {
     let mut scene = block::Scene::<f64>::new();
     scene.set_mass(&(Matrix2::identity() * 2.0))?;
-    scene.push(&Contact {
-        jacobian: matrix![0.0, 1.0; 1.0, 0.0],
-        offset: vector![0.0, 0.0],
-        mu: 0.5,
-        key: 0,
-    })?;
+    scene.push(&planar_floor(0.5, 0))?;
     let (factor, resolvent, push) = (Factor::new(&scene)?, AdmmFactor::new(&scene)?, vector![0.12, -0.2]);
     for (still, mode) in [(0.0, ContactMode::Slip), (1.0, ContactMode::Stick)] {
         let settings = Settings { still, ..Settings::new(1e-9) };

@@ -1,6 +1,6 @@
 //! Compliance and shapes of friction: what mechanics says of them.
 
-use crate::support::boxes::GRAVITY;
+use crate::support::boxes::{GRAVITY, planar_floor};
 use crate::support::sizes::{self, block_rows};
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, matrix, vector};
 use stiction::time_stepping as law;
@@ -12,10 +12,8 @@ fn a_compliant_foot_sinks_by_its_weight_over_its_stiffness() -> Result<(), Error
     let rubber = law::Spring { stiffness, relaxation };
     let mut kernel = block_rows::Kernel::<f64>::new();
     kernel.scene_mut().set_mass(&(Matrix2::identity() * mass))?;
-    let contact =
-        Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key: 0 };
     let surface = Surface { compliance: [rubber.compliance(step)?, 0.0], ..Surface::isotropic(0.5) };
-    kernel.scene_mut().push_on(&contact, &surface)?;
+    kernel.scene_mut().push_on(&planar_floor(0.5, 0), &surface)?;
     let (mut height, mut velocity) = (0.0, vector![0.0, 0.0]);
     for _ in 0..2000 {
         let gap = law::Gap { distance: height, reach: 10.0, ..law::Gap::default() };

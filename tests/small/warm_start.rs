@@ -1,6 +1,6 @@
 //! The state between solves: what a warm start saves, and that it may live in a `static`.
 
-use crate::support::boxes::{BRICK, BoxScene};
+use crate::support::boxes::{BRICK, BoxScene, planar_floor};
 use crate::support::pad;
 use crate::support::random::{draws, numbers};
 use crate::support::sizes::{block, body, point};
@@ -325,12 +325,7 @@ fn scene_factor_and_solvers_live_in_statics() -> Result<(), Error> {
     let mut scene = SCENE.lock().expect("one thread");
     let mut factor = FACTOR.lock().expect("one thread");
     scene.set_mass(&matrix![2.0, 0.0; 0.0, 2.0])?;
-    scene.push(&Contact {
-        jacobian: matrix![0.0, 1.0; 1.0, 0.0],
-        offset: vector![0.0, 0.0],
-        mu: 0.5,
-        key: 0,
-    })?;
+    scene.push(&planar_floor(0.5, 0))?;
     factor.prepare(&scene)?;
     let (push, settings) = (vector![0.05, -0.2], Settings::default());
     let mut solver = SOLVER.lock().expect("one thread");

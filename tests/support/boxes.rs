@@ -21,6 +21,16 @@ pub(crate) struct Cuboid {
 /// 2 kg, twice as long as high.
 pub(crate) const BRICK: Cuboid = Cuboid { mass: 2.0, half: [0.1, 0.08, 0.05] };
 
+/// The contact of a block in a plane, which moves along (x, height), with the floor.
+pub(crate) fn planar_floor<T: Real>(mu: f64, key: u32) -> Contact<T, 2, 2> {
+    Contact {
+        jacobian: matrix![T::ZERO, T::ONE; T::ONE, T::ZERO],
+        offset: SVector::zeros(),
+        mu: T::literal(mu),
+        key,
+    }
+}
+
 impl Cuboid {
     pub(crate) fn mass_matrix(&self) -> SMatrix<f64, 6, 6> {
         let [a, b, c] = self.half.map(|half| half * half);

@@ -39,11 +39,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let demands = self.scene.demands();
         let Weighted { mut weights, offsets } = self.weighted(&demands.rows);
         let mut x = Stacked::zero();
-        add(&mut x, grown.unwrap_or(&offsets), -T::ONE);
-        if grown.is_some() {
-            for (x, &weight) in x.iter_mut().zip(weights.iter()) {
-                *x = if weight > T::ZERO { -*x / weight } else { T::ZERO };
+        if let Some(grown) = grown {
+            for (x, &r, &weight) in zip3(x.iter_mut(), grown.iter(), weights.iter()) {
+                *x = if weight > T::ZERO { r / weight } else { T::ZERO };
             }
+        } else {
+            add(&mut x, &offsets, -T::ONE);
         }
         self.balance(&weights, &mut x);
         let least = dot(&x, &x) * T::literal(1e-6);

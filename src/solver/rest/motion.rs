@@ -6,7 +6,6 @@ use crate::linalg::vector::{norm, square};
 use crate::linalg::zip::zip3;
 use crate::problem::Problem;
 use crate::real::Real;
-use crate::sets::ContactSet;
 use crate::sets::point::NewtonPoint;
 use crate::solver::check::DOUBTFUL_IMPULSE_RATIO;
 use nalgebra::SVector;
@@ -65,17 +64,22 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub(super) fn can_stand_still(&self) -> bool {
         let mut contacts = zip3(0..C, self.sets.contacts(), self.scene.contacts());
         !self.scene.is_conceivably_infeasible()
-            && contacts.all(|(i, set, contact)| {
-                dual_margin(set, &self.scene.scaled_velocity(i, contact.offset).into()) >= T::ZERO
-            })
+            && contacts
+                .all(|(i, set, contact)| set.cone.dual().has(&self.scene.scaled_velocity(i, contact.offset)))
     }
 
     /// Does the duality gap prove that a contact moves in the solution of the relaxation, without a proof that it separates?
     #[inline(never)]
     pub(super) fn must_slide(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
         let mut gap = T::ZERO;
+        // How far `u` is inside the dual cone.
+        let dual_margin = |mu: T, u: &[T; D]| {
+            let u = SVector::from(*u);
+            let (normal, tangent) = split(&u);
+            normal - mu * norm(tangent)
+        };
         for (set, r, u) in zip3(self.sets.contacts(), &r.contacts, &u.contacts) {
-            if dual_margin(set, u) < T::ZERO {
+            if dual_margin(set.cone.friction(), u) < T::ZERO {
                 return false;
             }
             for (&r, &u) in r.iter().zip(u) {
@@ -87,18 +91,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         let bound = gap * T::count(2 * D);
         self.sets.contacts().iter().zip(&u.contacts).any(|(set, u)| {
-            let margin = dual_margin(set, u);
+            let margin = dual_margin(set.cone.friction(), u);
             // The contact surely moves, and `u*` may lie on the boundary of the dual cone: it need not separate.
             set.alpha * square(u) > T::literal(16.0) * bound && set.alpha * margin * margin < bound
         })
     }
-}
-
-/// How far the velocity `u` (m/s) of a contact is inside the dual cone.
-fn dual_margin<T: Real, const D: usize>(set: &ContactSet<T, D>, u: &[T; D]) -> T {
-    let u = SVector::from(*u);
-    let (normal, tangent) = split(&u);
-    normal - set.cone.friction() * norm(tangent)
 }
 
 /// The motion of contacts, to be compared with impulses. All are squares (N²·s²).
