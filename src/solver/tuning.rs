@@ -110,7 +110,7 @@ counts! {
 pub(super) const LENGTHS: [f64; 2] = [1.0, 0.5];
 
 /// Weights `beta` of friction on the central path, one after each jam.
-pub(super) const WEIGHTS: [f64; 8] = [3.0, 1.0, 10.0, 0.3, 30.0, 0.1, 100.0, 0.03];
+pub(super) const WEIGHTS: [f64; 8] = [10.0, 3.0, 1.0, 0.3, 30.0, 0.1, 100.0, 0.03];
 
 /// Gains at the start of another path (see [`first_gain`]), one after each jam.
 pub(super) const GAINS: [f64; 2] = [1.0, 10.0];

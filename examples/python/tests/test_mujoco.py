@@ -123,7 +123,7 @@ def test_each_step_obeys_the_law(name: str, h: float) -> None:
 
 @pytest.mark.parametrize("h", [0.001])
 def test_boxes_that_fall_are_solved_to_all_digits(h: float) -> None:
-    """Of 12,000 steps of twenty drops a few may end above 1e-10, as corners meet the floor together: of 300,000 others 27 did."""
+    """Of 12,000 steps of twenty drops a few may end above 1e-10, as corners meet the floor together: of 300,000 others 16 did."""
     unsolved, worst, random = 0, 0.0, np.random.default_rng(5)
     for _ in range(20):
         model, data = build(MODELS["falling"], h=h)
@@ -131,7 +131,7 @@ def test_boxes_that_fall_are_solved_to_all_digits(h: float) -> None:
         data.qvel[:6] = [1.0, 0.3, 0.0, *(3 * random.normal(size=3))]
         stepper.step(data, 600)
         unsolved, worst = unsolved + stepper.unsolved, max(worst, stepper.max_error)
-    assert unsolved <= 5 and worst < 1e-6
+    assert unsolved <= 4 and worst < 1e-6
 
 
 @pytest.mark.parametrize("steps", [0, 3])
