@@ -13,9 +13,9 @@ use core::mem;
 /// without such errors misses the tolerance.
 const EXACT_ERROR: usize = 20;
 
-/// Impulses above this many times the expected size are doubtful. (With a tenth of it, solved impacts would be searched for a proof; with
-/// five times as much, slow walls would count as solved.)
-pub(super) const DOUBTFUL_IMPULSE_RATIO: f64 = 20.0;
+/// Impulses above this many times the expected size are doubtful: walls may then close by a tenth of what is asked at an error of a hundredth.
+/// (With a fifth of it, solved impacts would be searched for a proof; with ten times as much, slow walls would count as solved.)
+pub(super) const DOUBTFUL_IMPULSE_RATIO: f64 = 10.0;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Monitor<'_, '_, T, N, D, C, R, S>
@@ -96,7 +96,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.solution.error <= tolerance
     }
 
-    /// Are impulses more than 20 times as large as expected?
+    /// Are impulses more than 10 times as large as expected?
     pub(super) fn is_doubtful(&self, r: &Stacked<T, D, C, R>) -> bool {
         self.problem.exceeds(r, T::literal(DOUBTFUL_IMPULSE_RATIO))
     }
