@@ -16,7 +16,7 @@ use testbed::method::Method;
 use testbed::scene_file::{self, SceneFile};
 
 /// A constant, its value, and one without what it belongs to.
-const CONSTANTS: [(&str, f64, f64); 23] = [
+const CONSTANTS: [(&str, f64, f64); 22] = [
     ("open_threshold", 0.03, 1e30),
     ("grazing", 1e-4, 0.0),
     ("sticking", 1.0, -1.0),
@@ -26,7 +26,6 @@ const CONSTANTS: [(&str, f64, f64); 23] = [
     ("chord_fall", 0.1, 0.0),
     ("chord_steps", 4.0, 0.0),
     ("damping", 1e-6, 0.0),
-    ("hyperstatic_damping", 1e-3, 0.0),
     ("finish_damping", 0.1, 0.0),
     ("first_tau", 10.0, 1.0),
     ("tau_share", 2.0, 1e30),

@@ -108,7 +108,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let may_centre = matches!(newton.origin, Origin::LastSolution | Origin::Cold);
         let centred = may_centre
             && problem.is_hyperstatic(&self.state.point.r, problem.sets.holding_rows(&self.state.point.r));
-        let damping = newton.damping(self.state.point.estimate, centred);
+        let damping = newton.damping(self.state.point.estimate);
         self.state.forget();
         let (jacobian, matrix) = (&mut self.state.jacobian, &mut self.state.matrix);
         let (sets, delassus) = (&problem.sets, problem.factor.delassus());

@@ -144,13 +144,9 @@ impl Newton {
 
     /// Damping `δ` after Levenberg and Marquardt. It falls with the estimate of the error to a floor of 1e-12 (f32: 64 eps),
     /// about the rounding of a well-conditioned `W`, so that the last steps are hardly damped.
-    pub(super) fn damping<T: Real>(self, estimate: T, centred: bool) -> T {
-        let share: T = match self.origin {
-            Origin::Path => tuning::finish_damping(),
-            // The null space of a hyperstatic scene changes from solve to solve.
-            _ if centred => tuning::hyperstatic_damping(),
-            _ => tuning::damping(),
-        };
+    pub(super) fn damping<T: Real>(self, estimate: T) -> T {
+        let share: T =
+            if matches!(self.origin, Origin::Path) { tuning::finish_damping() } else { tuning::damping() };
         share * estimate.min(T::ONE) + T::literal(1e-12).max(T::EPSILON * T::literal(64.0))
     }
 

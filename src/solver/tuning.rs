@@ -62,8 +62,6 @@ numbers! {
 
     /// Damping: `δ` over the estimate of the error.
     damping: 1e-6;
-    /// Damping: `δ` over the estimate in a hyperstatic scene.
-    hyperstatic_damping: 1e-3;
     /// Damping: `δ` over the estimate in steps that finish the central path.
     finish_damping: 0.1;
 
