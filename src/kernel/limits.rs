@@ -3,6 +3,7 @@
 use super::Kernel;
 use crate::error::{Error, Input, List};
 use crate::linalg::vector::rounding_bound;
+use crate::loads::LeastImpulses;
 use crate::real::Real;
 use crate::scene::{JointRow, RowLaw, check_entries};
 use crate::solution::{Settings, Solution, Status};
@@ -113,6 +114,27 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.run_with_limits((limits, free_impulse, &settings.of_a_piece()), true, false)
     }
 
+    /// [`Self::least_impulses`] of the last solve with limits, for the same list: contacts share a load with the limits that the solve has reached.
+    ///
+    /// # Errors
+    /// As [`LeastImpulses::new`]: [`Error::SceneChanged`] also if a reached limit has changed or is not in the list.
+    pub fn least_impulses_with_limits(
+        &mut self,
+        limits: &[JointRow<T, N>],
+        settings: &Settings<T>,
+    ) -> Result<LeastImpulses<T, D, C, R>, Error> {
+        if !self.factor.is_current(&self.scene) {
+            return Err(Error::StaleFactor);
+        }
+        let (scene_rows, checkpoint) = (self.scene.rows().len(), self.factor.checkpoint());
+        self.append_reached(&mut [usize::MAX; R], limits);
+        let extended = self.factor.extend(&self.scene, scene_rows);
+        let least = extended.and_then(|()| self.least_impulses(settings));
+        self.scene.truncate_rows(scene_rows);
+        self.factor.restore(&checkpoint);
+        least
+    }
+
     /// Works on a solve with limits, and returns true if it has ended. `resumes`: continues a paused one if there is one. `writes`: writes a
     /// solution also at the end of the budget.
     fn run_with_limits(&mut self, data: Data<'_, T, N>, resumes: bool, writes: bool) -> Result<bool, Error> {
@@ -166,7 +188,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut first = self.scene.rows().len();
         let (mut reached, mut earlier_work) = ([usize::MAX; R], 0);
         if start == Start::Paused {
-            self.append_paused(&mut reached, limits);
+            self.append_reached(&mut reached, limits);
             let solver = &self.solver;
             if !solver.is_paused_with_limits(&self.scene, free_impulse, settings) {
                 return Ok(None);
@@ -202,8 +224,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
     }
 
-    /// Appends the limits of the paused solve to the joint rows, in the same order.
-    fn append_paused(&mut self, reached: &mut [usize; R], limits: &[JointRow<T, N>]) {
+    /// Appends the limits that the last solve has reached to the joint rows, in the same order.
+    fn append_reached(&mut self, reached: &mut [usize; R], limits: &[JointRow<T, N>]) {
         let keys = self.solver.warm_start().row_keys().skip(self.scene.rows().len());
         for key in keys {
             let mut found = limits.iter().enumerate().filter(|(_, limit)| limit.key == key);

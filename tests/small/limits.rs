@@ -161,6 +161,38 @@ fn a_budget_is_that_of_all_and_nothing_is_solved_that_violates_a_limit() -> Resu
     Ok(())
 }
 
+/// A body that is pushed with 3 N·s against a wall and against a stop, which share the push: in a row of the scene as in a list.
+#[test]
+fn a_wall_and_a_stop_share_a_push() -> Result<(), Error> {
+    let (settings, push) = (Settings::new(1e-9), vector![3.0, 0.0]);
+    let limits = [limit(1, 1.0, 1.0, 1), limit(0, -1.0, 0.0, 7)];
+    let least = |lazy: bool| {
+        let mut kernel = Kernel::<f64, 2, 1, 1, 2>::new();
+        let scene = kernel.scene_mut();
+        scene.set_mass(&(Matrix2::identity() * 2.0))?;
+        scene.push(&Contact { jacobian: matrix![-1.0, 0.0], offset: vector![0.0], mu: 0.0, key: 0 })?;
+        let least = if lazy {
+            kernel.solve_with_limits(&limits, &push, &settings)?;
+            let others = [limit(1, 1.0, 1.0, 1), limit(0, -1.0, 0.1, 7)];
+            let changed = kernel.least_impulses_with_limits(&others, &settings);
+            assert_eq!(changed.err(), Some(Error::SceneChanged));
+            let least = kernel.least_impulses_with_limits(&limits, &settings)?;
+            assert!(kernel.scene().rows().is_empty() && kernel.least_impulses(&settings).is_err());
+            least
+        } else {
+            scene.push_row(&limits[1])?;
+            kernel.solve(&push, &settings)?;
+            kernel.least_impulses(&settings)?
+        };
+        assert!(least.momentum_error < 1e-9);
+        Ok([least.contacts[0][0], least.rows[0]])
+    };
+    for share in least(true)?.into_iter().chain(least(false)?) {
+        assert!((share - 1.5).abs() < 1e-9, "{share}");
+    }
+    Ok(())
+}
+
 #[test]
 fn limits_that_close_on_each_other_are_proved_infeasible() -> Result<(), Error> {
     let mut kernel = pair()?;
