@@ -72,7 +72,14 @@ fn judged(file: &MixedFile, lambda: &[f64]) -> judge::Scene {
 /// `src/guide/error.md` defines them.) Infinite if an impulse is outside of its bounds.
 pub fn error(file: &MixedFile, v: &[f64], r: &[f64], lambda: &[f64]) -> f64 {
     let r: Vec<_> = r.chunks(file.dim).map(<[f64]>::to_vec).collect();
-    judged(file, lambda).error(v, &r, lambda)
+    let mut scene = judged(file, lambda);
+    let error = scene.error(v, &r, lambda);
+    if scene.is_mixed || scene.rows.is_empty() {
+        return error;
+    }
+    // A limit that does not push may have been reached on the way: then it is a joint row.
+    scene.is_mixed = true;
+    error.min(scene.error(v, &r, lambda))
 }
 
 /// Does `d`, one a contact and one a joint row, prove that there is no velocity? Not negative on rigid normals and limits, free
