@@ -27,8 +27,9 @@ mod springs;
 
 /// The least impulses of a solution: of all that obey the law with its velocity, those of springs of equal stiffness.
 ///
-/// They are the limit of contacts and joint rows of equal, vanishing compliance. They depend on the velocity alone: not on the past, the step size
-/// or rounding. [`crate::guide::loads`] says what they are good for, and what they cannot know.
+/// Where no contact uses all its friction, they are the limit of contacts and joint rows of equal, vanishing compliance. (Springs that slip under
+/// Coulomb's law share the load otherwise.) They depend on the velocity alone: not on the past, the step size or rounding. [`crate::guide::loads`]
+/// says what they are good for, and what they cannot know.
 ///
 /// ```
 /// use nalgebra::{Matrix3, matrix, vector};

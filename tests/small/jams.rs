@@ -4,7 +4,7 @@ use crate::support::pad;
 use crate::support::random::{draws, numbers};
 use crate::support::sizes::{body, body_rows, point};
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, vector};
-use stiction::{Contact, Error, Factor, Model, Real, Scene, Settings, Solution, Solver, Status};
+use stiction::{Contact, Error, Factor, Model, Real, Scene, Settings, Solution, Solver, Status, Surface};
 
 const WALL: f64 = 0.1; // m/s at which a gap is to open
 
@@ -204,6 +204,39 @@ fn a_jam_is_solved_with_no_budget() -> Result<(), Error> {
     }
     assert!(jams > 60, "{jams}");
     Ok(())
+}
+
+/// A block is pressed with 8 N between two walls whose gaps are off by `accuracy`: a compliance of `accuracy / (force step²)` solves each tick, and the
+/// error of the gaps adds no more than the push.
+fn a_compliance_shares_walls<T: Real>(accuracy: f64, tolerance: f64) -> Result<(), Error> {
+    let (step, force) = (1e-3, 8.0);
+    let soft = [T::literal(accuracy / (force * step * step)); 2];
+    let push = vector![force * step, 0.0, 0.0, 0.0, 0.0, 0.0].map(T::literal);
+    let (mut scene, mut solver) = (body_rows::Scene::<T>::new(), body_rows::Solver::<T>::new());
+    scene.set_mass(&(SMatrix::identity() * T::literal(2.0)))?;
+    for off in draws(numbers(2), 200) {
+        scene.clear();
+        for (key, (side, off)) in (0..).zip([1.0, -1.0].into_iter().zip(&off)) {
+            let offset = vector![off * accuracy / step, 0.0, 0.0].map(T::literal);
+            let mut jacobian = SMatrix::identity();
+            jacobian[(0, 0)] = T::literal(side);
+            let surface = Surface { compliance: soft, ..Surface::isotropic(T::literal(0.6)) };
+            scene.push_on(&Contact { jacobian, offset, mu: T::ZERO, key }, &surface)?;
+        }
+        let settings = Settings::new(T::literal(tolerance));
+        let solution = solver.solve(&scene, &Factor::new(&scene)?, &push, &settings)?;
+        assert_eq!(solution.status, Status::Solved, "{off:?}");
+        let largest = T::literal(2.01 * force * step);
+        assert!(solution.contacts.iter().all(|contact| contact.impulse[0] <= largest), "{solution:?}");
+    }
+    Ok(())
+}
+
+#[test]
+fn a_compliance_shares_walls_whose_gaps_are_rounded() -> Result<(), Error> {
+    a_compliance_shares_walls::<f64>(1e-9, 1e-6)?;
+    a_compliance_shares_walls::<f64>(1e-13, 1e-9)?;
+    a_compliance_shares_walls::<f32>(1e-6, 1e-4)
 }
 
 /// A body gripped by three walls, two of which nearly oppose each other. The scene has a solution, with impulses of 1e5 times its weight; one

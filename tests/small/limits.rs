@@ -167,7 +167,7 @@ fn a_wall_and_a_stop_share_a_push() -> Result<(), Error> {
     let (settings, push) = (Settings::new(1e-9), vector![3.0, 0.0]);
     let limits = [limit(1, 1.0, 1.0, 1), limit(0, -1.0, 0.0, 7)];
     let least = |lazy: bool| {
-        let mut kernel = Kernel::<f64, 2, 1, 1, 2>::new();
+        let mut kernel = joints::Kernel::<f64>::new();
         let scene = kernel.scene_mut();
         scene.set_mass(&(Matrix2::identity() * 2.0))?;
         scene.push(&Contact { jacobian: matrix![-1.0, 0.0], offset: vector![0.0], mu: 0.0, key: 0 })?;
