@@ -212,15 +212,18 @@ impl NaturalMap {
         root(larger(self.alone, self.stop))
     }
 
-    /// Relative to the impulses, but to no more than ten times what is expected; `carried` is what momenta let expect.
+    /// Relative to the impulses. What the violation is more than half of the expected impulses counts, too, up to 1; `carried` is
+    /// what momenta let expect.
     pub(crate) fn error(&self, carried: Wide) -> Wide {
         let expected = larger(self.alone, self.stop);
-        let mut size = larger(self.impulse, expected);
-        let most = larger(expected, carried * carried) * Wide::from(400.0);
-        if expected > zero() && most < size {
-            size = most;
+        let error = root(ratio(self.off, larger(self.impulse, expected)));
+        if expected <= zero() {
+            return error;
         }
-        root(ratio(self.off, size))
+        let share = root(self.off) / larger(root(expected), carried);
+        let beyond = share * Wide::from(2.0) - Wide::from(1.0);
+        let one = Wide::from(1.0);
+        larger(error, if beyond < one { beyond } else { one })
     }
 }
 

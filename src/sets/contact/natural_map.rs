@@ -135,8 +135,8 @@ pub(crate) fn mode<T: Real, const D: usize>(
     if slips { ContactMode::Slip } else { ContactMode::Stick }
 }
 
-/// Impulses count as size up to so many times the expected one: internal forces do not excuse violations.
-const LARGEST_RATIO: f64 = 20.0;
+/// Residual as a share of the expected impulses, above which it is an error however large the impulses are.
+const LARGEST_SHARE: f64 = 0.5;
 
 /// Friction coefficient above which the residual of Alart and Curnier is computed, too.
 const LARGE_FRICTION: f64 = 10.0;
@@ -194,27 +194,28 @@ pub(crate) fn error<T: Real, const D: usize>(
         sums.add(set, u, r, noise);
     }
     let Sums { residual, impulse, slipping, noises, .. } = sums;
+    let expected = size * size;
+    let size = impulse.max(expected);
     if residual == T::ZERO && noises == T::ZERO {
         return T::ZERO; // also for 0/0
     }
-    let expected = size * size;
-    let times = T::literal(LARGEST_RATIO * LARGEST_RATIO);
-    let mut size = impulse.max(expected);
-    if impulse > expected * times && expected > T::ZERO {
-        let carried = carried() * unit * (T::ONE - T::EPSILON * T::literal(64.0)); // rounded down
-        size = impulse.min(expected.max(carried * carried) * times);
-    }
     let mut error = root_sum(residual, noises, size);
-    if is_final {
-        // The rounding of the natural map. That of impulses which count as size is added by the judge.
-        let share =
-            |square: T, times: f64| quotient(square, size).square_root() * T::literal(times) * T::EPSILON;
-        if slipping > T::ZERO {
-            error += share(slipping, SLIP_ROUNDING);
+    if impulse > expected {
+        let mut hidden = noises;
+        if is_final {
+            // The rounding of the natural map, with `(a + b + c + d)² <= 4 (a² + b² + c² + d²)`.
+            let slips = T::literal(SLIP_ROUNDING * SLIP_ROUNDING) * slipping;
+            let rounding = (slips + T::literal(16.0) * impulse) * T::EPSILON * T::EPSILON;
+            hidden = (noises + rounding) * T::literal(4.0);
         }
-        if impulse > size {
-            error += share(impulse, 4.0);
+        // `(√residual + √hidden)² <= 2 (residual + hidden)`: mostly far below the share, whose square is 1/4 of `expected`.
+        if (residual + hidden) * T::literal(8.0) > expected {
+            error = at_least_excess(error, [residual, hidden], expected, &|| carried() * unit);
         }
+    }
+    if is_final && slipping > T::ZERO {
+        let rounding = T::EPSILON * T::literal(SLIP_ROUNDING);
+        return error + rounding * quotient(slipping, size).square_root();
     }
     error
 }
@@ -278,6 +279,23 @@ impl<T: Real> Sums<T> {
             self.noises += scale * scale * change;
         }
     }
+}
+
+/// The larger of `error` and the share by which the residual exceeds [`LARGEST_SHARE`] of the expected impulses, at most 1.
+/// Without this rule impulses that diverge would make any violation small. `residual`, `noises` and `expected` are squares.
+fn at_least_excess<T: Real>(error: T, [residual, noises]: [T; 2], expected: T, carried: &dyn Fn() -> T) -> T {
+    let mut bound = residual;
+    if noises > T::ZERO {
+        bound = (residual + noises) * T::literal(2.0); // at least `(√residual + √noises)²`
+    }
+    let reach = (T::ONE + error) * T::literal(LARGEST_SHARE);
+    if error >= T::ONE || expected == T::ZERO || bound <= reach * reach * expected {
+        return error;
+    }
+    let carried = carried();
+    let size = expected.max(carried * carried);
+    let share = root_sum(residual, noises, size) / T::literal(LARGEST_SHARE);
+    error.max((share - T::ONE).min(T::ONE))
 }
 
 /// Does a contact without impulse obey the law for every velocity within the rounding bounds, whose squares are `noise` (m²/s²)?
