@@ -7,7 +7,7 @@ use crate::loads::LeastImpulses;
 use crate::problem::Age;
 use crate::real::Real;
 use crate::scene::Scene;
-use crate::solution::{Settings, Solution, Status, Violation};
+use crate::solution::{Settings, Solution, Violation};
 use crate::solver::{AllPhases, Call, Phases, Solver};
 use core::mem;
 use nalgebra::SVector;
@@ -262,14 +262,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.scene.rest_reserve(&self.factor, free_impulse, settings)
     }
 
-    /// Computes the factor now if `M`, a Jacobian, a compliance, or the contacts and joint rows in use have changed, or if the last solution is
-    /// not solved. Without this call the next solve does so. Between two pieces of [`Self::advance`] there is no solution to be in doubt about.
+    /// Computes the factor now if `M`, a Jacobian, a compliance, or the contacts and joint rows in use have changed, or if the last call has not
+    /// solved its scene. Without this call the next solve does so.
     ///
     /// # Errors
     /// As [`Factor::prepare`].
     pub fn prepare(&mut self) -> Result<(), Error> {
-        let is_between = self.solution().status == Status::Unsolved;
-        self.prepare_for(if is_between { Call::Resume } else { Call::Begin })
+        self.prepare_for(Call::Begin)
     }
 
     /// Computes the factor if it has to, and tells the solver of a solve that begins how old it is.

@@ -84,7 +84,7 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize, const S: us
 
     /// Cycles of a call without a budget: the velocities of the free motion, and the error of the best known point.
     const CALL: usize = {
-        let mixed = if P::CENTRAL_PATH { 3_600 } else { 2_200 };
+        let mixed = if P::CENTRAL_PATH { 3_900 } else { 2_200 };
         20 * N * Self::ROWS + 3_700 * Self::ROWS + 4_400 + mixed * Self::MIXED
     };
 
