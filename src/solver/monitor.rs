@@ -9,6 +9,7 @@ use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::solution::{Model, Settings, Solution, Status, Work};
+use crate::solver::check::PLAIN_ERROR;
 use crate::solver::phases::Phases;
 use crate::solver::record::{Call, Check, Measure, Milestone, Record};
 use crate::solver::tuning;
@@ -158,6 +159,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         let differ = (self.record.measure, measure) == (Measure::Error, Measure::Estimate);
         let measures = differ && !is_more(estimate);
         if measures {
+            self.charge(PLAIN_ERROR);
             self.evaluate(r, false);
             (estimate, measure) = (self.solution.error, Measure::Error);
         }
