@@ -13,9 +13,6 @@ use core::mem;
 /// without such errors misses the tolerance.
 const EXACT_ERROR: usize = 20;
 
-/// Work that an error takes from the budget if it is computed to compare impulses.
-pub(super) const PLAIN_ERROR: usize = 6;
-
 /// Impulses above this many times the expected size are doubtful: walls may then close by a tenth of what is asked at an error of a hundredth.
 /// (With a fifth of it, solved impacts would be searched for a proof; with ten times as much, slow walls would count as solved.)
 pub(super) const DOUBTFUL_IMPULSE_RATIO: f64 = 10.0;

@@ -9,10 +9,12 @@ use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::solution::{Model, Settings, Solution, Status, Work};
-use crate::solver::check::PLAIN_ERROR;
 use crate::solver::phases::Phases;
 use crate::solver::record::{Call, Check, Measure, Milestone, Record};
 use crate::solver::tuning;
+
+/// Work that an error takes from the budget if it is computed to compare impulses.
+const PLAIN_ERROR: usize = 6;
 
 /// The monitor of one call that works on a solve.
 pub(crate) struct Monitor<
